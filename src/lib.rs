@@ -1,0 +1,2 @@
+//! Implicit, quasi-static, geometrically exact micropolar (Cosserat) material point method on MPI and PETSc.
+#![deny(unsafe_code)]
