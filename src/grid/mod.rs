@@ -1,0 +1,3 @@
+//! The background grid.
+
+pub mod region;

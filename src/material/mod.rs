@@ -1,0 +1,46 @@
+//! Constitutive laws: three-dimensional, pure, one file each.
+
+pub mod spec;
+
+use crate::continuum::{Continuum, Variable};
+
+/// Which components of strain and stress a scene can excite; a law solves for those alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Components {
+    /// Plane strain: `U11 U12 U21 U22 U33` and the wryness of rotations about axis 3.
+    Plane,
+    /// All.
+    Space,
+}
+
+/// A law found no stress for a strain: outside its domain, or its local iteration failed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NoSolution {
+    pub what: &'static str,
+    /// Norm of the local residual where the iteration ended [-].
+    pub residual: f64,
+}
+
+/// A constitutive law. Pure: same inputs, same outputs; `old` is the accepted state.
+pub trait Material<C: Continuum>: Send + Sync {
+    /// The state that a point carries, by name.
+    fn state_variables(&self) -> &'static [Variable];
+    /// Writes the state of virgin material.
+    fn initial_state(&self, state: &mut [f64]);
+    /// Stress and new state at the end of a step. Overwrites `new` and `stress`; on an error both are meaningless.
+    fn respond(
+        &self,
+        strain: &C::Strain,
+        old: &[f64],
+        new: &mut [f64],
+        stress: &mut C::Stress,
+    ) -> Result<(), NoSolution>;
+    /// Consistent moduli at a strain whose response `new`, `stress` is known: no second return map.
+    /// Overwrites the components that are active.
+    fn moduli(&self, strain: &C::Strain, old: &[f64], new: &[f64], stress: &C::Stress, out: &mut C::Moduli);
+}
+
+/// Length of a state made of these variables.
+pub fn state_length(variables: &[Variable]) -> usize {
+    variables.iter().map(|variable| variable.length).sum()
+}

@@ -1,0 +1,271 @@
+//! A valid scene: enums instead of strings, SI units, names resolved to indices, no "maybe".
+//!
+//! Vectors are three-dimensional; in plane strain the third component is zero and the third extent of the grid is one.
+
+use crate::grid::region::Shape;
+use crate::material::spec::MaterialSpec;
+
+/// Everything that a run needs to know, checked.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    pub title: String,
+    pub kinematics: Kinematics,
+    pub continuum: ContinuumKind,
+    pub grid: GridSettings,
+    /// Materials of the file followed by their variants in regions.
+    pub materials: Vec<NamedMaterial>,
+    pub bodies: Vec<Body>,
+    pub regions: Vec<Region>,
+    pub boundaries: Vec<Boundary>,
+    pub loads: Vec<Load>,
+    pub stages: Vec<Stage>,
+    pub solver: SolverSettings,
+    pub ghost: Option<GhostSettings>,
+    pub output: OutputSettings,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kinematics {
+    PlaneStrain,
+    ThreeDimensional,
+}
+
+impl Kinematics {
+    pub fn dimension(self) -> usize {
+        match self {
+            Kinematics::PlaneStrain => 2,
+            Kinematics::ThreeDimensional => 3,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ContinuumKind {
+    Micropolar,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BasisKind {
+    Linear,
+    Gimp,
+}
+
+/// Axis-aligned background grid.
+#[derive(Clone, Debug)]
+pub struct GridSettings {
+    pub min: [f64; 3],
+    pub cell_size: [f64; 3],
+    /// Cells per axis; 1 along an axis that plane strain does not have.
+    pub cells: [usize; 3],
+    pub basis: BasisKind,
+}
+
+#[derive(Clone, Debug)]
+pub struct NamedMaterial {
+    pub name: String,
+    pub spec: MaterialSpec,
+}
+
+#[derive(Clone, Debug)]
+pub struct Body {
+    pub name: String,
+    /// Index into `Scene::materials`, before regions.
+    pub material: usize,
+    pub points: PointSource,
+}
+
+/// Where the points of a body come from.
+#[derive(Clone, Debug)]
+pub enum PointSource {
+    /// Seeded evenly in each cell, per axis; those whose centre is outside the shape are left out.
+    Lattice { shape: Shape, points_per_cell: [usize; 3] },
+    /// Read from a file.
+    List(Vec<SeedPoint>),
+}
+
+/// A point read from a file.
+#[derive(Clone, Copy, Debug)]
+pub struct SeedPoint {
+    pub position: [f64; 3],
+    pub volume: f64,
+    pub half_lengths: [f64; 3],
+}
+
+/// Where a shape holds, material `from` is replaced by material `to`; regions apply in order.
+#[derive(Clone, Debug)]
+pub struct Region {
+    pub shape: Shape,
+    pub replace: Vec<(usize, usize)>,
+}
+
+/// A component of the unknowns, by its index in the fields of the scene.
+pub type Component = usize;
+
+/// Conditions on nodes of a plane of the grid.
+#[derive(Clone, Debug)]
+pub struct Boundary {
+    /// Given name, or a name made of its place in the list: `boundary[2]`.
+    pub name: String,
+    pub place: NodeSet,
+    /// Components whose increment is zero.
+    pub fix: Vec<Component>,
+    /// Components with their total, ramped linearly over the stage.
+    pub moves: Vec<(Component, f64)>,
+    /// Stage from which the condition acts.
+    pub stage: usize,
+}
+
+/// Nodes of the grid.
+#[derive(Clone, Debug)]
+pub struct NodeSet {
+    pub plane: Option<GridPlane>,
+    pub within: Option<Shape>,
+}
+
+/// A plane of grid nodes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GridPlane {
+    pub axis: usize,
+    /// Index of the plane of nodes along the axis.
+    pub index: usize,
+}
+
+#[derive(Clone, Debug)]
+pub struct Load {
+    /// Given name, or a name made of its place in the list: `loads[0]`.
+    pub name: String,
+    pub kind: LoadKind,
+    pub stage: usize,
+}
+
+#[derive(Clone, Debug)]
+pub enum LoadKind {
+    /// Weight per unit reference volume [N/m3].
+    SpecificWeight([f64; 3]),
+    /// A total force [N] (per metre of thickness in plane strain) shared equally by the selected points.
+    Force { total: [f64; 3], at: Selection },
+    /// A total couple [N m], shared likewise; in plane strain only the third component counts.
+    Couple { total: [f64; 3], at: Selection },
+}
+
+/// A set of material points, found in the initial state.
+#[derive(Clone, Debug)]
+pub enum Selection {
+    /// Points of a body that lie farthest in a direction, within round-off.
+    Layer {
+        body: usize,
+        direction: [f64; 3],
+    },
+    Nearest([f64; 3]),
+    Within(Shape),
+    /// Those that a load (by index) acts on.
+    Load(usize),
+}
+
+#[derive(Clone, Debug)]
+pub struct Stage {
+    pub name: String,
+    pub steps: usize,
+    pub max_halvings: u32,
+}
+
+#[derive(Clone, Debug)]
+pub struct SolverSettings {
+    pub force_tolerance: f64,
+    /// Off unless set [J].
+    pub energy_tolerance: Option<f64>,
+    pub return_map_tolerance: f64,
+    pub max_iterations: usize,
+    pub method: SolverMethod,
+    pub partitioner: PartitionerKind,
+    pub petsc_options: Vec<String>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SolverMethod {
+    Direct,
+    Iterative,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PartitionerKind {
+    Auto,
+    Metis,
+    PtScotch,
+    ParMetis,
+}
+
+/// Ghost penalty on faces of cells at the edge of the body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GhostSettings {
+    /// gamma_g1 [Pa].
+    pub translation: f64,
+    /// gamma_g2 [N].
+    pub rotation: f64,
+    pub scaling: GhostScaling,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GhostScaling {
+    /// h^3 / 3, as printed.
+    Paper,
+    /// h / 3, a stiffness.
+    Stiffness,
+}
+
+#[derive(Clone, Debug)]
+pub struct OutputSettings {
+    pub directory: std::path::PathBuf,
+    /// A snapshot of the points every so many accepted full steps; `None`: only first and last.
+    pub snapshot_every: Option<usize>,
+    pub history: Vec<HistoryColumn>,
+    /// The resolved configuration as YAML text, for `config.yaml`.
+    pub resolved: String,
+}
+
+/// One entry of `output.history`; a vector or tensor quantity gives one column a component.
+#[derive(Clone, Debug)]
+pub struct HistoryColumn {
+    pub name: String,
+    pub quantity: HistoryQuantity,
+}
+
+#[derive(Clone, Debug)]
+pub enum HistoryQuantity {
+    /// Sum of the support's forces on the nodes of a boundary (by index), one component.
+    Reaction { boundary: usize, component: Component },
+    /// Prescribed motion of a boundary so far.
+    BoundaryMotion { boundary: usize, component: Component },
+    /// Reduction of a field of the points.
+    Points {
+        reduction: Reduction,
+        field: PointField,
+        at: Option<Selection>,
+    },
+    /// Load factor of a load (by index).
+    LoadFactor { load: usize },
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reduction {
+    Maximum,
+    Minimum,
+    Mean,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PointField {
+    Displacement,
+    Position,
+    Rotation,
+    TwistX,
+    TwistY,
+    TwistZ,
+    Chi,
+    Pressure,
+    VonMises,
+    Stress,
+    CoupleStress,
+    Wryness,
+    Volume,
+}
