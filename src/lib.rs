@@ -1,9 +1,13 @@
 //! Implicit, quasi-static, geometrically exact micropolar (Cosserat) material point method on MPI and PETSc.
 #![deny(unsafe_code)]
 
+pub mod assembly;
+pub mod condition;
 pub mod continuum;
 pub mod error;
 pub mod grid;
 pub mod material;
+pub mod parallel;
+pub mod points;
 pub mod problem;
 pub mod scene;

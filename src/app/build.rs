@@ -1,0 +1,227 @@
+//! The model of a scene: points, laws, conditions; and what only shows once points and grid meet.
+
+use super::Laws;
+use super::columns::Column;
+use crate::condition::load::DeadLoad;
+use crate::config::Source;
+use crate::continuum::Fields;
+use crate::error::Error;
+use crate::grid::Grid;
+use crate::grid::basis::{Basis, Gimp, Linear};
+use crate::material::{Components, state_length};
+use crate::parallel::World;
+use crate::points::search::Misplaced;
+use crate::points::seed::seed;
+use crate::points::select::MAX_SELECTIONS;
+use crate::problem::Problem;
+use crate::scene::{BasisKind, HistoryQuantity, Load, LoadKind, Scene, Selection};
+use crate::solve::model::{Model, StepSystem};
+use crate::assembly::penalty::GhostPenalty;
+
+/// A model in its initial state, with facts for header, check and history.
+pub struct Built<C: Fields<D, N>, const D: usize, const N: usize> {
+    pub model: Model<C, D, N>,
+    pub columns: Vec<Column>,
+    pub points: u64,
+    pub points_per_body: Vec<u64>,
+    pub active_cells: u64,
+    pub nodes: usize,
+    pub warnings: Vec<String>,
+}
+
+/// Collective. Builds the model of a scene.
+///
+/// # Errors
+/// Everything that is wrong with the scene where points and grid meet, in one list.
+pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
+    world: &World,
+    scene: &Scene,
+    source: &Source,
+) -> Result<Built<C, D, N>, Error> {
+    let components = if D == 2 { Components::Plane } else { Components::Space };
+    let laws: Vec<_> = scene.materials.iter().map(|material| C::law(&material.spec, components)).collect();
+    let state_length = laws.iter().map(|law| state_length(law.state_variables())).max().unwrap_or(0);
+    let settings = &scene.grid;
+    let grid = Grid {
+        min: std::array::from_fn(|k| settings.min[k]),
+        cell_size: std::array::from_fn(|k| settings.cell_size[k]),
+        cells: std::array::from_fn(|k| settings.cells[k]),
+    };
+    let basis: Box<dyn Basis> = match settings.basis {
+        BasisKind::Linear => Box::new(Linear),
+        BasisKind::Gimp => Box::new(Gimp),
+    };
+    let (points, points_per_body) = seed(world, &grid, &scene.bodies, &scene.regions, &laws, state_length);
+    let ghost = scene.ghost.as_ref().map(|ghost| GhostPenalty::new(&grid, ghost, &C::IS_TRANSLATION));
+    let mut model =
+        Model { grid, basis, laws, points, boundaries: scene.boundaries.clone(), loads: Vec::new(), ghost };
+    let mut problems = empty_bodies(source, &points_per_body);
+    let columns = select(world, scene, source, &mut model, &mut problems);
+    let system = match locate(world, source, &mut model) {
+        Ok(system) => Some(system),
+        Err(problem) => {
+            problems.push(problem);
+            None
+        }
+    };
+    let mut warnings = Vec::new();
+    if let Some(system) = &system {
+        check_boundaries(world, scene, source, &model, system, &mut problems, &mut warnings);
+    }
+    match system {
+        Some(system) if problems.is_empty() => Ok(Built {
+            model,
+            columns,
+            points: points_per_body.iter().sum(),
+            points_per_body,
+            active_cells: system.active_cells,
+            nodes: system.active.total,
+            warnings,
+        }),
+        _ => Err(Error::Configuration(problems)),
+    }
+}
+
+fn empty_bodies(source: &Source, points_per_body: &[u64]) -> Vec<Problem> {
+    let empty = points_per_body.iter().enumerate().filter(|&(_, &count)| count == 0);
+    empty
+        .map(|(body, _)| {
+            let message = "the body has no material points: its shape holds the centre of none";
+            source.problem(&format!("bodies[{body}]"), message, "a shape that fills at least part of a cell; smaller cells or more points_per_cell")
+        })
+        .collect()
+}
+
+/// Turns selections into marks of the points: those of loads and of history columns.
+fn select<C: Fields<D, N>, const D: usize, const N: usize>(
+    world: &World,
+    scene: &Scene,
+    source: &Source,
+    model: &mut Model<C, D, N>,
+    problems: &mut Vec<Problem>,
+) -> Vec<Column> {
+    let edge = model.grid.smallest_edge();
+    let mut used = 0;
+    let mut bits: Vec<Option<usize>> = Vec::new();
+    let mut mark = |model: &mut Model<C, D, N>, bits: &[Option<usize>], selection: &Selection, path: String| {
+        if used == MAX_SELECTIONS {
+            problems.push(source.problem(&path, "too many selections", format!("at most {MAX_SELECTIONS}")));
+            return (0, 1);
+        }
+        used += 1;
+        let count = model.points.mark(world, selection, used - 1, |load| bits[load], edge);
+        if count == 0 {
+            problems.push(source.problem(&path, "the selection holds no material point", "a selection with at least one"));
+        }
+        (used - 1, count.max(1))
+    };
+    for (index, load) in scene.loads.iter().enumerate() {
+        let (bit, count) = match selection_of(load) {
+            Some(selection) => {
+                let (bit, count) = mark(model, &bits, selection, format!("loads[{index}].at"));
+                (Some(bit), count)
+            }
+            None => (None, 1),
+        };
+        bits.push(bit);
+        model.loads.push(dead_load(load, bit, count, &C::IS_TRANSLATION, D));
+    }
+    let mut columns = Vec::new();
+    for (index, column) in scene.output.history.iter().enumerate() {
+        let bit = match &column.quantity {
+            HistoryQuantity::Points { at: Some(selection), .. } => {
+                Some(mark(model, &bits, selection, format!("output.history[{index}].at")).0)
+            }
+            _ => None,
+        };
+        columns.push(Column { name: column.name.clone(), quantity: column.quantity.clone(), bit });
+    }
+    columns
+}
+
+fn selection_of(load: &Load) -> Option<&Selection> {
+    match &load.kind {
+        LoadKind::SpecificWeight(_) => None,
+        LoadKind::Force { at, .. } | LoadKind::Couple { at, .. } => Some(at),
+    }
+}
+
+/// What a load gives to each point, in the order of the unknowns: translations first, then rotations.
+fn dead_load(load: &Load, bit: Option<usize>, count: u64, is_translation: &[bool], dimension: usize) -> DeadLoad {
+    let (total, on_translations, per_volume) = match &load.kind {
+        LoadKind::SpecificWeight(weight) => (weight, true, true),
+        LoadKind::Force { total, .. } => (total, true, false),
+        LoadKind::Couple { total, .. } => (total, false, false),
+    };
+    let mut amount = vec![0.0; is_translation.len()];
+    // In the plane the only rotation is the one about the third axis.
+    let mut component = if on_translations || dimension == 3 { 0 } else { 2 };
+    for (amount, &translation) in amount.iter_mut().zip(is_translation) {
+        if translation == on_translations {
+            *amount = total[component] / count as f64;
+            component += 1;
+        }
+    }
+    DeadLoad { stage: load.stage, amount, per_volume, bit }
+}
+
+/// Places the points on the grid for the first time.
+fn locate<C: Fields<D, N>, const D: usize, const N: usize>(
+    world: &World,
+    source: &Source,
+    model: &mut Model<C, D, N>,
+) -> Result<StepSystem<D>, Problem> {
+    let describe = |misplaced: Misplaced| {
+        let message = format!("point {} of the body: {}", misplaced.id, misplaced.what);
+        source.problem(&format!("bodies[{}]", misplaced.body), message, "a body within the grid")
+    };
+    model.gather_cells(world).map_err(describe)?;
+    model.search(world).map_err(describe)
+}
+
+/// Conditions on nodes that do not exist are an error; on nodes that no point touches yet, a warning.
+fn check_boundaries<C: Fields<D, N>, const D: usize, const N: usize>(
+    world: &World,
+    scene: &Scene,
+    source: &Source,
+    model: &Model<C, D, N>,
+    system: &StepSystem<D>,
+    problems: &mut Vec<Problem>,
+    warnings: &mut Vec<String>,
+) {
+    let active = &system.active;
+    for (index, boundary) in scene.boundaries.iter().enumerate() {
+        let holds = |&key: &u64| boundary.place.holds(&model.grid, &model.grid.node(key));
+        if world.any(active.nodes[..active.owned].iter().any(holds)) {
+            continue;
+        }
+        let path = format!("boundary[{index}]");
+        if !boundary.moves.is_empty() || boundary.place.within.is_some() {
+            let message = "none of its nodes is touched by a body";
+            problems.push(source.problem(&path, message, "a face or plane of nodes that a body reaches"));
+        } else {
+            warnings.push(format!("{path} ({}) acts on no node until a body reaches it", boundary.name));
+        }
+    }
+}
+
+impl<C: Fields<D, N>, const D: usize, const N: usize> Built<C, D, N> {
+    /// What would be solved, in words.
+    pub fn describe(&self, scene: &Scene) -> String {
+        let mut lines = vec![scene.title.clone()];
+        lines.push(format!("unknowns per node   {} ({})", N, C::UNKNOWNS.join(" ")));
+        lines.push(format!("active nodes        {}", self.nodes));
+        lines.push(format!("degrees of freedom  {}", self.nodes * N));
+        lines.push(format!("active cells        {}", self.active_cells));
+        lines.push(format!("material points     {}", self.points));
+        for (body, count) in scene.bodies.iter().zip(&self.points_per_body) {
+            lines.push(format!("  {}: {count}", body.name));
+        }
+        for stage in &scene.stages {
+            lines.push(format!("stage {}: {} steps", stage.name, stage.steps));
+        }
+        lines.extend(self.warnings.iter().map(|warning| format!("warning: {warning}")));
+        lines.push("the configuration is valid; nothing was run".into());
+        lines.join("\n") + "\n"
+    }
+}

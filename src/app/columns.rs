@@ -1,0 +1,157 @@
+//! History columns: numbers drawn from the accepted state.
+
+use crate::condition::Time;
+use crate::continuum::{Fields, Observation};
+use crate::parallel::World;
+use crate::scene::{HistoryQuantity, PointField, Reduction, Scene};
+use crate::solve::model::Model;
+use super::snapshot::{chi_of, mean_stress, von_mises};
+use nalgebra::Matrix3;
+
+/// A column, or one a component, of `history.csv`.
+pub struct Column {
+    pub name: String,
+    pub quantity: HistoryQuantity,
+    /// Mark of the selected points; all points without.
+    pub bit: Option<usize>,
+}
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Components of a tensor that exist in plane strain: stress, and couple-stress or wryness.
+const PLANE_STRESS: [(usize, usize); 5] = [(0, 0), (0, 1), (1, 0), (1, 1), (2, 2)];
+const PLANE_COUPLE: [(usize, usize); 4] = [(2, 0), (2, 1), (0, 2), (1, 2)];
+
+/// Which components of a field there are: suffix of the column and place in a 3 x 3 array of values.
+fn components(field: PointField, dimension: usize) -> Vec<(String, usize)> {
+    let tensor = |plane: &[(usize, usize)]| {
+        let all: Vec<_> = (0..9).map(|k| (k / 3, k % 3)).collect();
+        let chosen = if dimension == 2 { plane } else { &all[..] };
+        chosen.iter().map(|&(i, j)| (format!("_{}{}", AXES[i], AXES[j]), 3 * i + j)).collect()
+    };
+    match field {
+        PointField::Displacement | PointField::Position => {
+            (0..dimension).map(|k| (format!("_{}", AXES[k]), k)).collect()
+        }
+        // In plane strain there is one rotation, about z.
+        PointField::Rotation if dimension == 2 => vec![(String::new(), 2)],
+        PointField::Rotation => (0..3).map(|k| (format!("_{}", AXES[k]), k)).collect(),
+        PointField::Stress => tensor(&PLANE_STRESS),
+        PointField::CoupleStress | PointField::Wryness => tensor(&PLANE_COUPLE),
+        _ => vec![(String::new(), 0)],
+    }
+}
+
+impl Column {
+    /// Names of the columns.
+    pub fn names(&self, dimension: usize) -> Vec<String> {
+        match &self.quantity {
+            HistoryQuantity::Points { field, .. } => {
+                components(*field, dimension).into_iter().map(|(suffix, _)| format!("{}{suffix}", self.name)).collect()
+            }
+            _ => vec![self.name.clone()],
+        }
+    }
+
+    /// Collective. Values of the columns, in the order of the names.
+    pub fn values<C: Fields<D, N>, const D: usize, const N: usize>(
+        &self,
+        world: &World,
+        scene: &Scene,
+        model: &Model<C, D, N>,
+        time: Time,
+        reactions: &[[f64; N]],
+    ) -> Vec<f64> {
+        match &self.quantity {
+            HistoryQuantity::Reaction { boundary, component } => vec![reactions[*boundary][*component]],
+            HistoryQuantity::BoundaryMotion { boundary, component } => {
+                let boundary = &scene.boundaries[*boundary];
+                let total = boundary.moves.iter().find(|(moved, _)| moved == component).map_or(0.0, |(_, total)| *total);
+                vec![total * time.ramp(boundary.stage)]
+            }
+            HistoryQuantity::LoadFactor { load } => vec![time.ramp(scene.loads[*load].stage)],
+            HistoryQuantity::Points { reduction, field, .. } => {
+                let places: Vec<usize> = components(*field, D).into_iter().map(|(_, place)| place).collect();
+                self.reduce(world, model, *reduction, *field, &places)
+            }
+        }
+    }
+
+    fn reduce<C: Fields<D, N>, const D: usize, const N: usize>(
+        &self,
+        world: &World,
+        model: &Model<C, D, N>,
+        reduction: Reduction,
+        field: PointField,
+        places: &[usize],
+    ) -> Vec<f64> {
+        let start = match reduction {
+            Reduction::Maximum => f64::NEG_INFINITY,
+            Reduction::Minimum => f64::INFINITY,
+            Reduction::Mean => 0.0,
+        };
+        let mut results = vec![start; places.len()];
+        let mut count = 0u64;
+        for p in 0..model.points.len() {
+            if self.bit.is_some_and(|bit| model.points.marks[p] >> bit & 1 == 0) {
+                continue;
+            }
+            count += 1;
+            let value = value_of(model, field, p);
+            for (result, &place) in results.iter_mut().zip(places) {
+                *result = match reduction {
+                    Reduction::Maximum => result.max(value[place]),
+                    Reduction::Minimum => result.min(value[place]),
+                    Reduction::Mean => *result + value[place],
+                };
+            }
+        }
+        match reduction {
+            Reduction::Maximum => world.max_slice(&mut results),
+            Reduction::Minimum => world.min_slice(&mut results),
+            Reduction::Mean => {
+                world.sum_slice(&mut results);
+                let total = world.sum(count) as f64;
+                results.iter_mut().for_each(|sum| *sum /= total);
+            }
+        }
+        results
+    }
+}
+
+/// A field at a point, as up to nine numbers: scalars first, vectors by axis, tensors by row.
+fn value_of<C: Fields<D, N>, const D: usize, const N: usize>(
+    model: &Model<C, D, N>,
+    field: PointField,
+    p: usize,
+) -> [f64; 9] {
+    let points = &model.points;
+    let mut value = [0.0; 9];
+    let vector = |value: &mut [f64; 9], components: &[f64]| value[..components.len()].copy_from_slice(components);
+    let tensor = |value: &mut [f64; 9], tensor: Option<Matrix3<f64>>| {
+        value.copy_from_slice(tensor.unwrap_or_default().transpose().as_slice());
+    };
+    match field {
+        PointField::Displacement => vector(&mut value, points.displacement[p].as_slice()),
+        PointField::Position => vector(&mut value, points.position[p].as_slice()),
+        PointField::Chi => value[0] = chi_of(model, p),
+        _ => {
+            let Observation { stress, couple_stress, wryness, rotation, twist, volume_ratio } =
+                C::observe(&points.motion[p], &points.stress[p]);
+            match field {
+                PointField::Rotation => vector(&mut value, rotation.unwrap_or_default().as_slice()),
+                PointField::TwistX => value[0] = twist.unwrap_or_default().x,
+                PointField::TwistY => value[0] = twist.unwrap_or_default().y,
+                PointField::TwistZ => value[0] = twist.unwrap_or_default().z,
+                PointField::Pressure => value[0] = mean_stress(&stress),
+                PointField::VonMises => value[0] = von_mises(&stress),
+                PointField::Stress => tensor(&mut value, Some(stress)),
+                PointField::CoupleStress => tensor(&mut value, couple_stress),
+                PointField::Wryness => tensor(&mut value, wryness),
+                PointField::Volume => value[0] = volume_ratio * points.volume[p],
+                PointField::Displacement | PointField::Position | PointField::Chi => {}
+            }
+        }
+    }
+    value
+}

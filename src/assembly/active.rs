@@ -1,0 +1,188 @@
+//! The unknowns of a step: active nodes, their numbering over the ranks, and the sparsity of the tangent.
+
+use crate::grid::ghost::GhostFaces;
+use crate::grid::{Grid, Support};
+use crate::parallel::{Numbered, Numbering, World};
+use crate::points::search::Batches;
+
+/// Active nodes as one rank sees them: its own first, sorted by key, then those of other ranks by global number.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Active {
+    /// Keys of the local nodes.
+    pub nodes: Vec<u64>,
+    /// Global number of each local node.
+    pub global: Vec<usize>,
+    /// How many of the local nodes this rank owns.
+    pub owned: usize,
+    /// Global number of the first own node.
+    pub first: usize,
+    /// Nodes on all ranks.
+    pub total: usize,
+    /// Local nodes of each batch and, behind them, of each penalised face.
+    cliques: Cliques,
+    batches: usize,
+    /// For each own row the number of blocks in own columns and in columns of other ranks.
+    pub own_blocks: Vec<usize>,
+    pub other_blocks: Vec<usize>,
+    /// Own rows of the block pattern, flattened: the pattern stands while these and the numbering do.
+    columns: Vec<usize>,
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+struct Cliques {
+    nodes: Vec<u32>,
+    ends: Vec<usize>,
+}
+
+impl Cliques {
+    fn get(&self, index: usize) -> &[u32] {
+        let start = if index == 0 { 0 } else { self.ends[index - 1] };
+        &self.nodes[start..self.ends[index]]
+    }
+
+    fn iter(&self) -> impl Iterator<Item = &[u32]> {
+        (0..self.ends.len()).map(|index| self.get(index))
+    }
+}
+
+impl Active {
+    /// Collective. Numbers the nodes seen by points or penalised faces and finds which of them are coupled.
+    pub fn new<const D: usize>(world: &World, grid: &Grid<D>, batches: &Batches<D>, ghost: &GhostFaces<D>) -> Self {
+        let supports = || {
+            batches
+                .batches
+                .iter()
+                .map(|batch| batch.support)
+                .chain(ghost.faces.iter().map(|face| face.support))
+        };
+        let mut keys = Vec::new();
+        supports().for_each(|support| support.for_each_node(|node| keys.push(grid.node_key(node))));
+        keys.sort_unstable();
+        keys.dedup();
+        let numbering = Numbering::new(world, &keys);
+        let numbered: Vec<Numbered> = numbering
+            .look_up(world, &keys)
+            .into_iter()
+            .map(|found| found.expect("own keys are numbered"))
+            .collect();
+        let mut order: Vec<usize> = (0..keys.len()).collect();
+        order.sort_by_key(|&k| (numbered[k].owner != world.rank(), numbered[k].number));
+        let nodes: Vec<u64> = order.iter().map(|&k| keys[k]).collect();
+        let global: Vec<usize> = order.iter().map(|&k| numbered[k].number).collect();
+        let owners: Vec<usize> = order.iter().map(|&k| numbered[k].owner).collect();
+        let mut local = vec![0; keys.len()];
+        order
+            .iter()
+            .enumerate()
+            .for_each(|(position, &k)| local[k] = position as u32);
+        let cliques = cliques(grid, supports(), &keys, &local);
+        let rows = block_rows(world, &cliques, &global, &owners, numbering.first, numbering.owned());
+        let own = |column: &&usize| (numbering.first..numbering.first + numbering.owned()).contains(column);
+        let own_blocks: Vec<usize> = rows.iter().map(|row| row.iter().filter(own).count()).collect();
+        let other_blocks = rows.iter().zip(&own_blocks).map(|(row, own)| row.len() - own).collect();
+        Self {
+            nodes,
+            global,
+            owned: numbering.owned(),
+            first: numbering.first,
+            total: numbering.total,
+            cliques,
+            batches: batches.batches.len(),
+            own_blocks,
+            other_blocks,
+            columns: rows.into_iter().flatten().collect(),
+        }
+    }
+
+    /// Local nodes of a batch, in the order of its support.
+    pub fn batch_nodes(&self, batch: usize) -> &[u32] {
+        self.cliques.get(batch)
+    }
+
+    /// Local nodes of a penalised face.
+    pub fn face_nodes(&self, face: usize) -> &[u32] {
+        self.cliques.get(self.batches + face)
+    }
+
+    /// Whether a matrix made for `other` serves here too, on this rank.
+    pub fn has_pattern_of(&self, other: &Self) -> bool {
+        self.global == other.global
+            && self.nodes == other.nodes
+            && self.owned == other.owned
+            && self.own_blocks == other.own_blocks
+            && self.columns == other.columns
+    }
+}
+
+/// Local nodes of each support.
+fn cliques<const D: usize>(
+    grid: &Grid<D>,
+    supports: impl Iterator<Item = Support<D>>,
+    keys: &[u64],
+    local: &[u32],
+) -> Cliques {
+    let mut cliques = Cliques::default();
+    for support in supports {
+        support.for_each_node(|node| {
+            let position = keys
+                .binary_search(&grid.node_key(node))
+                .expect("nodes of supports are active");
+            cliques.nodes.push(local[position]);
+        });
+        cliques.ends.push(cliques.nodes.len());
+    }
+    cliques
+}
+
+/// Columns coupled to each own row, sorted. Couplings of rows that other ranks own are sent to them.
+fn block_rows(
+    world: &World,
+    cliques: &Cliques,
+    global: &[usize],
+    owners: &[usize],
+    first: usize,
+    owned: usize,
+) -> Vec<Vec<usize>> {
+    let mut coupled: Vec<Vec<usize>> = vec![Vec::new(); global.len()];
+    let mut previous: &[u32] = &[];
+    for nodes in cliques.iter() {
+        // Neighbouring batches of different materials share a support; faces never repeat.
+        if nodes == previous {
+            continue;
+        }
+        previous = nodes;
+        for &row in nodes {
+            let row = &mut coupled[row as usize];
+            row.extend(nodes.iter().map(|&column| global[column as usize]));
+            if row.len() > 4096 {
+                row.sort_unstable();
+                row.dedup();
+            }
+        }
+    }
+    for row in &mut coupled {
+        row.sort_unstable();
+        row.dedup();
+    }
+    let mut outgoing = vec![Vec::new(); world.size()];
+    for local in owned..global.len() {
+        let record = &mut outgoing[owners[local]];
+        record.push(global[local] as u64);
+        record.push(coupled[local].len() as u64);
+        record.extend(coupled[local].iter().map(|&column| column as u64));
+    }
+    coupled.truncate(owned);
+    for record in world.exchange(&outgoing) {
+        let mut rest = record.as_slice();
+        while let [row, length, tail @ ..] = rest {
+            let (columns, later) = tail.split_at(*length as usize);
+            coupled[*row as usize - first].extend(columns.iter().map(|&column| column as usize));
+            rest = later;
+        }
+    }
+    for row in &mut coupled {
+        row.sort_unstable();
+        row.dedup();
+    }
+    coupled
+}

@@ -1,0 +1,76 @@
+//! The ghost penalty in residual and tangent: it acts on the increments of the step.
+
+use super::{Sink, active::Active};
+use crate::grid::Grid;
+use crate::grid::ghost::{GhostFaces, penalty};
+use crate::scene::{GhostScaling, GhostSettings};
+
+/// Penalty matrices for faces normal to each axis, with a coefficient for each unknown.
+pub struct GhostPenalty {
+    matrices: Vec<Vec<f64>>,
+    coefficients: Vec<f64>,
+}
+
+impl GhostPenalty {
+    /// `is_translation` tells the kind of each unknown of a node.
+    pub fn new<const D: usize>(grid: &Grid<D>, settings: &GhostSettings, is_translation: &[bool]) -> Self {
+        let power = match settings.scaling {
+            GhostScaling::Paper => 3,
+            GhostScaling::Stiffness => 1,
+        };
+        Self {
+            matrices: (0..D).map(|normal| penalty(grid, normal, power)).collect(),
+            coefficients: is_translation
+                .iter()
+                .map(|&translation| {
+                    if translation {
+                        settings.translation
+                    } else {
+                        settings.rotation
+                    }
+                })
+                .collect(),
+        }
+    }
+
+    /// Adds the forces of the penalty for local increments `u`.
+    pub fn add_forces<const D: usize>(&self, faces: &GhostFaces<D>, active: &Active, u: &[f64], forces: &mut [f64]) {
+        let unknowns = self.coefficients.len();
+        for (index, face) in faces.faces.iter().enumerate() {
+            let nodes = active.face_nodes(index);
+            for (&row, stiffness) in nodes.iter().zip(self.matrices[face.normal].chunks_exact(nodes.len())) {
+                for (&column, stiffness) in nodes.iter().zip(stiffness) {
+                    for (a, coefficient) in self.coefficients.iter().enumerate() {
+                        forces[row as usize * unknowns + a] +=
+                            coefficient * stiffness * u[column as usize * unknowns + a];
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds the stiffness of the penalty.
+    pub fn add_stiffness<const D: usize>(&self, faces: &GhostFaces<D>, active: &Active, sink: &mut impl Sink) {
+        let blocks: Vec<Vec<f64>> = self.matrices.iter().map(|matrix| self.block(matrix)).collect();
+        for (index, face) in faces.faces.iter().enumerate() {
+            sink.add(active.face_nodes(index), &blocks[face.normal]);
+        }
+    }
+
+    /// The scalar matrix of a face, spread over the unknowns.
+    fn block(&self, matrix: &[f64]) -> Vec<f64> {
+        let unknowns = self.coefficients.len();
+        let nodes = matrix.len().isqrt();
+        let width = nodes * unknowns;
+        let mut block = vec![0.0; width * width];
+        for row in 0..nodes {
+            for column in 0..nodes {
+                for (a, coefficient) in self.coefficients.iter().enumerate() {
+                    block[(row * unknowns + a) * width + column * unknowns + a] =
+                        coefficient * matrix[row * nodes + column];
+                }
+            }
+        }
+        block
+    }
+}

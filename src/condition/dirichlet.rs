@@ -1,0 +1,110 @@
+//! Prescribed increments on nodes of the grid.
+
+use super::Time;
+use crate::grid::Grid;
+use crate::scene::{Boundary, NodeSet};
+
+/// A node within this share of a cell of a shape's boundary counts as inside.
+const NODE_MARGIN: f64 = 1.0e-9;
+
+/// Prescribed unknowns of the local nodes: `mask` and `increment` have one entry an unknown.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Prescribed {
+    pub mask: Vec<bool>,
+    pub increment: Vec<f64>,
+}
+
+impl NodeSet {
+    /// Whether a node belongs to the set.
+    pub fn holds<const D: usize>(&self, grid: &Grid<D>, node: &[usize; D]) -> bool {
+        self.plane.is_none_or(|plane| node[plane.axis] == plane.index)
+            && self
+                .within
+                .as_ref()
+                .is_none_or(|shape| shape.contains(&grid.node_position(node), NODE_MARGIN * grid.smallest_edge()))
+    }
+}
+
+/// Increments that the conditions prescribe between two moments of one stage on the nodes with these keys, `unknowns`
+/// a node. Of several conditions on one component the latest holds: by stage, then by place in the list.
+pub fn prescribe<const D: usize>(
+    boundaries: &[Boundary],
+    grid: &Grid<D>,
+    nodes: &[u64],
+    unknowns: usize,
+    from: Time,
+    to: Time,
+) -> Prescribed {
+    let mut prescribed = Prescribed {
+        mask: vec![false; nodes.len() * unknowns],
+        increment: vec![0.0; nodes.len() * unknowns],
+    };
+    let mut active: Vec<&Boundary> = boundaries
+        .iter()
+        .filter(|boundary| boundary.stage <= to.stage)
+        .collect();
+    active.sort_by_key(|boundary| boundary.stage);
+    for boundary in active {
+        let increment = to.ramp(boundary.stage) - from.ramp(boundary.stage);
+        for (local, &key) in nodes.iter().enumerate() {
+            if !boundary.place.holds(grid, &grid.node(key)) {
+                continue;
+            }
+            let mut set = |component: usize, value: f64| {
+                prescribed.mask[local * unknowns + component] = true;
+                prescribed.increment[local * unknowns + component] = value;
+            };
+            boundary.fix.iter().for_each(|&component| set(component, 0.0));
+            boundary
+                .moves
+                .iter()
+                .for_each(|&(component, total)| set(component, total * increment));
+        }
+    }
+    prescribed
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::GridPlane;
+
+    fn boundary(index: usize, fix: Vec<usize>, moves: Vec<(usize, f64)>, stage: usize) -> Boundary {
+        let place = NodeSet {
+            plane: Some(GridPlane { axis: 1, index }),
+            within: None,
+        };
+        Boundary {
+            name: "test".into(),
+            place,
+            fix,
+            moves,
+            stage,
+        }
+    }
+
+    #[test]
+    fn later_conditions_replace_earlier_ones_and_ramps_hold() {
+        let grid = Grid {
+            min: [0.0; 2],
+            cell_size: [1.0; 2],
+            cells: [1, 1],
+        };
+        let nodes = [0, 1, 2, 3];
+        let boundaries = [
+            boundary(1, vec![0], vec![(1, 4.0)], 1),
+            boundary(1, vec![], vec![(1, 8.0)], 0),
+            boundary(0, vec![2], vec![], 0),
+        ];
+        let at = |stage, fraction| Time { stage, fraction };
+        let first = prescribe(&boundaries, &grid, &nodes, 3, at(0, 0.25), at(0, 0.5));
+        assert_eq!(first.increment[2 * 3 + 1], 2.0);
+        assert!(!first.mask[2 * 3] && first.mask[2] && !first.mask[1]);
+        let second = prescribe(&boundaries, &grid, &nodes, 3, at(1, 0.0), at(1, 0.5));
+        assert_eq!(second.increment[3 * 3 + 1], 2.0);
+        assert!(second.mask[3 * 3]);
+        let third = prescribe(&boundaries, &grid, &nodes, 3, at(2, 0.0), at(2, 0.5));
+        assert_eq!(third.increment[3 * 3 + 1], 0.0);
+        assert!(third.mask[3 * 3 + 1]);
+    }
+}

@@ -1,0 +1,53 @@
+//! Dead loads: weights, forces and couples on points.
+
+use super::Time;
+use crate::continuum::Continuum;
+use crate::points::Points;
+use crate::points::search::Batches;
+
+/// What a load gives to each of its points, by unknown: force and couple components in the order of the fields.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeadLoad {
+    pub stage: usize,
+    /// Given to a point at full load: per unit reference volume where `per_volume`, else per point.
+    pub amount: Vec<f64>,
+    pub per_volume: bool,
+    /// Bit of the selection that the load acts on; all points without.
+    pub bit: Option<usize>,
+}
+
+/// Adds the nodal forces of all loads at a time. `nodes(b)` are the local nodes of batch `b`.
+pub fn add_external_forces<'a, C: Continuum, const D: usize>(
+    loads: &[DeadLoad],
+    time: Time,
+    points: &Points<C, D>,
+    batches: &Batches<D>,
+    nodes: impl Fn(usize) -> &'a [u32],
+    forces: &mut [f64],
+) {
+    for load in loads {
+        let factor = time.ramp(load.stage);
+        let unknowns = load.amount.len();
+        if factor == 0.0 {
+            continue;
+        }
+        for (index, batch) in batches.batches.iter().enumerate() {
+            for p in batch.points.clone() {
+                if load.bit.is_some_and(|bit| points.marks[p] >> bit & 1 == 0) {
+                    continue;
+                }
+                let weight = if load.per_volume {
+                    factor * points.volume[p]
+                } else {
+                    factor
+                };
+                for (&node, shape) in nodes(index).iter().zip(batches.shapes(batch, p).chunks_exact(1 + D)) {
+                    let own = &mut forces[node as usize * unknowns..][..unknowns];
+                    own.iter_mut()
+                        .zip(&load.amount)
+                        .for_each(|(sum, amount)| *sum += weight * shape[0] * amount);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! Points on the move: pack, exchange, unpack.
+
+use super::Points;
+use crate::continuum::{Continuum, Variable};
+use crate::material::state_length;
+use crate::parallel::{Directory, World};
+use nalgebra::SVector;
+
+/// Numbers that one point packs into.
+fn record_length<C: Continuum, const D: usize>(points: &Points<C, D>) -> usize {
+    4 + 4 * D + 1 + length(C::MOTION) + length(C::STRESS) + points.state_length
+}
+
+fn length(variables: &[Variable]) -> usize {
+    state_length(variables)
+}
+
+impl<C: Continuum, const D: usize> Points<C, D> {
+    /// Appends everything that a point carries to a record of numbers.
+    pub fn pack(&self, point: usize, record: &mut Vec<f64>) {
+        let integers = [
+            self.id[point],
+            u64::from(self.body[point]),
+            u64::from(self.material[point]),
+            self.marks[point],
+        ];
+        record.extend(integers.map(f64::from_bits));
+        for vector in [
+            &self.position[point],
+            &self.displacement[point],
+            &self.reference_half_lengths[point],
+            &self.half_lengths[point],
+        ] {
+            record.extend_from_slice(vector.as_slice());
+        }
+        record.push(self.volume[point]);
+        let start = record.len();
+        record.resize(start + length(C::MOTION) + length(C::STRESS), 0.0);
+        let (motion, stress) = record[start..].split_at_mut(length(C::MOTION));
+        C::pack_motion(&self.motion[point], motion);
+        C::pack_stress(&self.stress[point], stress);
+        record.extend_from_slice(self.state_of(point));
+    }
+
+    /// Appends the points of a sequence of records.
+    pub fn unpack(&mut self, records: &[f64]) {
+        for record in records.chunks_exact(record_length(self)) {
+            let (integers, rest) = record.split_at(4);
+            self.id.push(integers[0].to_bits());
+            self.body.push(integers[1].to_bits() as u32);
+            self.material.push(integers[2].to_bits() as u32);
+            self.marks.push(integers[3].to_bits());
+            let (vectors, rest) = rest.split_at(4 * D);
+            let vector = |k: usize| SVector::from_column_slice(&vectors[k * D..(k + 1) * D]);
+            self.position.push(vector(0));
+            self.displacement.push(vector(1));
+            self.reference_half_lengths.push(vector(2));
+            self.half_lengths.push(vector(3));
+            self.volume.push(rest[0]);
+            let (motion, rest) = rest[1..].split_at(length(C::MOTION));
+            let (stress, state) = rest.split_at(length(C::STRESS));
+            self.motion.push(C::unpack_motion(motion));
+            self.stress.push(C::unpack_stress(stress));
+            self.state.extend_from_slice(state);
+        }
+        self.reset_trial();
+    }
+
+    /// Collective. Sends each point to the rank given for it.
+    pub fn send(&mut self, world: &World, destination: &[usize]) {
+        let leaving = destination.iter().any(|&rank| rank != world.rank());
+        if !world.any(leaving) {
+            return;
+        }
+        let mut outgoing = vec![Vec::new(); world.size()];
+        for (point, &rank) in destination.iter().enumerate() {
+            if rank != world.rank() {
+                self.pack(point, &mut outgoing[rank]);
+            }
+        }
+        let staying: Vec<usize> = (0..self.len())
+            .filter(|&point| destination[point] == world.rank())
+            .collect();
+        self.reorder(&staying);
+        for records in world.exchange(&outgoing) {
+            self.unpack(&records);
+        }
+    }
+
+    /// Collective. Brings all points of a cell to one rank: to the one that holds most of them. `cells` gives the
+    /// cell of each point.
+    pub fn gather_cells(&mut self, world: &World, cells: &[u64]) {
+        if world.size() == 1 {
+            return;
+        }
+        let counts = count_points(cells);
+        let directory = Directory::build(world, counts.iter().copied());
+        let keys: Vec<u64> = counts.iter().map(|&(cell, _)| cell).collect();
+        let owners = directory.owners(world, &keys);
+        let destination: Vec<usize> = cells
+            .iter()
+            .map(|cell| {
+                let position = keys.binary_search(cell).expect("every point's cell was counted");
+                owners[position].expect("counted cells were claimed")
+            })
+            .collect();
+        self.send(world, &destination);
+    }
+}
+
+/// Cells with the number of points in each, sorted by cell.
+pub fn count_points(cells: &[u64]) -> Vec<(u64, u64)> {
+    let mut sorted = cells.to_vec();
+    sorted.sort_unstable();
+    sorted
+        .chunk_by(|a, b| a == b)
+        .map(|run| (run[0], run.len() as u64))
+        .collect()
+}

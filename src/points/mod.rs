@@ -1,0 +1,111 @@
+//! The body: material points, as arrays of what each of them carries.
+
+pub mod migrate;
+pub mod search;
+pub mod seed;
+pub mod select;
+
+use crate::continuum::Continuum;
+use nalgebra::SVector;
+
+/// The material points of one rank. Entry `p` of every array belongs to the same point.
+///
+/// `motion`, `stress` and `state` are accepted; `trial_stress` and `trial_state` are scratch of the step in progress
+/// and become the accepted ones by a swap. Nothing else changes before a step is accepted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Points<C: Continuum, const D: usize> {
+    /// Number of the point in the order of seeding, the same on any number of ranks.
+    pub id: Vec<u64>,
+    pub body: Vec<u32>,
+    /// Index into the list of laws.
+    pub material: Vec<u32>,
+    /// Bit `s` is set where the point belongs to selection `s`.
+    pub marks: Vec<u64>,
+    pub position: Vec<SVector<f64, D>>,
+    /// Displacement since the initial state [m].
+    pub displacement: Vec<SVector<f64, D>>,
+    /// Reference volume [m3], per metre of thickness in the plane.
+    pub volume: Vec<f64>,
+    /// Half-lengths of the reference domain [m].
+    pub reference_half_lengths: Vec<SVector<f64, D>>,
+    pub half_lengths: Vec<SVector<f64, D>>,
+    pub motion: Vec<C::Motion>,
+    pub stress: Vec<C::Stress>,
+    /// State of the law, `state_length` numbers a point.
+    pub state: Vec<f64>,
+    pub state_length: usize,
+    pub trial_stress: Vec<C::Stress>,
+    pub trial_state: Vec<f64>,
+}
+
+impl<C: Continuum, const D: usize> Points<C, D> {
+    /// No points, with room for states of this length.
+    pub fn empty(state_length: usize) -> Self {
+        Self {
+            id: Vec::new(),
+            body: Vec::new(),
+            material: Vec::new(),
+            marks: Vec::new(),
+            position: Vec::new(),
+            displacement: Vec::new(),
+            volume: Vec::new(),
+            reference_half_lengths: Vec::new(),
+            half_lengths: Vec::new(),
+            motion: Vec::new(),
+            stress: Vec::new(),
+            state: Vec::new(),
+            state_length,
+            trial_stress: Vec::new(),
+            trial_state: Vec::new(),
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        self.id.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.id.is_empty()
+    }
+
+    /// Accepted state of a point's law.
+    pub fn state_of(&self, point: usize) -> &[f64] {
+        &self.state[point * self.state_length..(point + 1) * self.state_length]
+    }
+
+    /// Puts the points into the order given: entry `i` of the result is point `order[i]`.
+    pub fn reorder(&mut self, order: &[usize]) {
+        fn permute<T: Clone>(values: &mut Vec<T>, order: &[usize]) {
+            *values = order.iter().map(|&from| values[from].clone()).collect();
+        }
+        permute(&mut self.id, order);
+        permute(&mut self.body, order);
+        permute(&mut self.material, order);
+        permute(&mut self.marks, order);
+        permute(&mut self.position, order);
+        permute(&mut self.displacement, order);
+        permute(&mut self.volume, order);
+        permute(&mut self.reference_half_lengths, order);
+        permute(&mut self.half_lengths, order);
+        permute(&mut self.motion, order);
+        permute(&mut self.stress, order);
+        let length = self.state_length;
+        self.state = order
+            .iter()
+            .flat_map(|&from| self.state[from * length..(from + 1) * length].to_vec())
+            .collect();
+        self.reset_trial();
+    }
+
+    /// Makes the scratch arrays as long as the accepted ones.
+    pub fn reset_trial(&mut self) {
+        self.trial_stress.resize(self.stress.len(), C::Stress::default());
+        self.trial_state.resize(self.state.len(), 0.0);
+    }
+
+    /// Makes the trial stresses and states the accepted ones.
+    pub fn accept_trial(&mut self) {
+        std::mem::swap(&mut self.stress, &mut self.trial_stress);
+        std::mem::swap(&mut self.state, &mut self.trial_state);
+    }
+}

@@ -1,0 +1,144 @@
+//! Filling shapes with points.
+
+use super::Points;
+use crate::continuum::Continuum;
+use crate::grid::Grid;
+use crate::material::Material;
+use crate::parallel::World;
+use crate::scene::{Body, PointSource, Region, SeedPoint};
+use nalgebra::SVector;
+
+/// A point counts as inside a shape only where it lies deeper than this, in cells: on the boundary is outside.
+const BOUNDARY_MARGIN: f64 = 1.0e-9;
+
+/// Collective. The points of all bodies in the initial state, spread evenly over the ranks in the order of seeding.
+/// Also the number of points of each body.
+pub fn seed<C: Continuum, const D: usize>(
+    world: &World,
+    grid: &Grid<D>,
+    bodies: &[Body],
+    regions: &[Region],
+    laws: &[Box<dyn Material<C>>],
+    state_length: usize,
+) -> (Points<C, D>, Vec<u64>) {
+    let mut points = Points::empty(state_length);
+    let mut counts = Vec::new();
+    let mut first_id = 0;
+    for (index, body) in bodies.iter().enumerate() {
+        let own = match &body.points {
+            PointSource::Lattice { shape, points_per_cell } => {
+                let inside =
+                    |point: &SeedPoint| shape.contains(&point.position, -BOUNDARY_MARGIN * grid.smallest_edge());
+                lattice(world, grid, shape.bounds(), points_per_cell, inside)
+            }
+            PointSource::List(list) => share(world, list.len()).map(|k| list[k]).collect(),
+        };
+        let per_rank = world.all_gather(own.len());
+        let mut id = first_id + per_rank[..world.rank()].iter().sum::<usize>() as u64;
+        for point in &own {
+            let material = material_at(regions, body.material, &point.position, grid.smallest_edge());
+            push(&mut points, id, index, material, point, laws[material].as_ref());
+            id += 1;
+        }
+        let count = per_rank.iter().sum::<usize>() as u64;
+        first_id += count;
+        counts.push(count);
+    }
+    points.reset_trial();
+    (points, counts)
+}
+
+/// This rank's share of a list of items.
+fn share(world: &World, items: usize) -> std::ops::Range<usize> {
+    let bound = |rank: usize| items * rank / world.size();
+    bound(world.rank())..bound(world.rank() + 1)
+}
+
+/// The lattice points inside a shape, of this rank's share of the cells that its bounds touch.
+fn lattice<const D: usize>(
+    world: &World,
+    grid: &Grid<D>,
+    bounds: ([f64; 3], [f64; 3]),
+    points_per_cell: &[usize; 3],
+    inside: impl Fn(&SeedPoint) -> bool,
+) -> Vec<SeedPoint> {
+    let (mut lowest, mut count) = ([0; D], [0; D]);
+    for axis in 0..D {
+        let clamp = |x: f64| grid.cell_coordinate(axis, x).clamp(0.0, grid.cells[axis] as f64);
+        lowest[axis] = clamp(bounds.0[axis]).floor() as usize;
+        count[axis] = (clamp(bounds.1[axis]).ceil() as usize).saturating_sub(lowest[axis]);
+    }
+    let per_cell: usize = points_per_cell[..D].iter().product();
+    let mut half_lengths = [0.0; 3];
+    let mut volume = 1.0;
+    for axis in 0..D {
+        let spacing = grid.cell_size[axis] / points_per_cell[axis] as f64;
+        half_lengths[axis] = 0.5 * spacing;
+        volume *= spacing;
+    }
+    let mut points = Vec::new();
+    for mut flat in share(world, count.iter().product()) {
+        let mut cell = [0; D];
+        for axis in 0..D {
+            cell[axis] = lowest[axis] + flat % count[axis];
+            flat /= count[axis];
+        }
+        for mut local in 0..per_cell {
+            let mut position = [0.0; 3];
+            for axis in 0..D {
+                let n = points_per_cell[axis];
+                let fraction = ((local % n) as f64 + 0.5) / n as f64;
+                local /= n;
+                position[axis] = grid.min[axis] + (cell[axis] as f64 + fraction) * grid.cell_size[axis];
+            }
+            let point = SeedPoint {
+                position,
+                volume,
+                half_lengths,
+            };
+            if inside(&point) {
+                points.push(point);
+            }
+        }
+    }
+    points
+}
+
+/// Material of a point after the regions, in their order.
+fn material_at(regions: &[Region], material: usize, position: &[f64; 3], edge: f64) -> usize {
+    regions.iter().fold(material, |material, region| {
+        if !region.shape.contains(position, -BOUNDARY_MARGIN * edge) {
+            return material;
+        }
+        region
+            .replace
+            .iter()
+            .find(|(from, _)| *from == material)
+            .map_or(material, |&(_, to)| to)
+    })
+}
+
+fn push<C: Continuum, const D: usize>(
+    points: &mut Points<C, D>,
+    id: u64,
+    body: usize,
+    material: usize,
+    point: &SeedPoint,
+    law: &dyn Material<C>,
+) {
+    let half_lengths = SVector::from_fn(|k, _| point.half_lengths[k]);
+    points.id.push(id);
+    points.body.push(body as u32);
+    points.material.push(material as u32);
+    points.marks.push(0);
+    points.position.push(SVector::from_fn(|k, _| point.position[k]));
+    points.displacement.push(SVector::zeros());
+    points.volume.push(point.volume);
+    points.reference_half_lengths.push(half_lengths);
+    points.half_lengths.push(half_lengths);
+    points.motion.push(C::Motion::default());
+    points.stress.push(C::Stress::default());
+    let start = points.state.len();
+    points.state.resize(start + points.state_length, 0.0);
+    law.initial_state(&mut points.state[start..]);
+}

@@ -1,0 +1,240 @@
+//! One load step as PETSc sees it: residual, tangent and convergence of the increments of the step.
+
+use super::convergence::{IterationRecord, Norms};
+use super::model::{Model, StepSystem};
+use crate::assembly::Sink;
+use crate::assembly::kernel::{OutOfDomain, Workspace};
+use crate::condition::dirichlet::Prescribed;
+use crate::continuum::Fields;
+use crate::parallel::World;
+use crate::petsc::{BlockMatrix, Evaluate, Iteration, Nonlinear, PetscError, PetscInt, Verdict};
+use crate::scene::SolverSettings;
+
+/// The nonlinear problem of one attempt at a step.
+pub struct Equilibrium<'a, C: Fields<D, N>, const D: usize, const N: usize> {
+    pub world: &'a World,
+    pub model: &'a mut Model<C, D, N>,
+    pub workspace: &'a mut Workspace<C, D, N>,
+    pub system: &'a StepSystem<D>,
+    pub prescribed: &'a Prescribed,
+    /// External forces on own unknowns at the end of the step.
+    pub external: &'a [f64],
+    pub settings: &'a SolverSettings,
+    /// Largest norm of external forces and reactions in the analysis so far.
+    pub peak_force: f64,
+    /// Reactions on own unknowns where they are prescribed, of the last evaluation; zero elsewhere.
+    pub reactions: Vec<f64>,
+    pub norms: Norms,
+    pub records: Vec<IterationRecord>,
+    /// Why the last evaluation failed, on the rank where it did.
+    pub failure: Option<OutOfDomain>,
+    /// Local increments of the last evaluation.
+    evaluated: Vec<f64>,
+    unassembled: f64,
+}
+
+impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, N> {
+    #[allow(clippy::too_many_arguments)]
+    pub fn new(
+        world: &'a World,
+        model: &'a mut Model<C, D, N>,
+        workspace: &'a mut Workspace<C, D, N>,
+        system: &'a StepSystem<D>,
+        prescribed: &'a Prescribed,
+        external: &'a [f64],
+        settings: &'a SolverSettings,
+        peak_force: f64,
+    ) -> Self {
+        let reactions = vec![0.0; external.len()];
+        Self {
+            world,
+            model,
+            workspace,
+            system,
+            prescribed,
+            external,
+            settings,
+            peak_force,
+            reactions,
+            norms: Norms::default(),
+            records: Vec::new(),
+            failure: None,
+            evaluated: Vec::new(),
+            unassembled: 0.0,
+        }
+    }
+
+    /// Internal forces of points and ghost penalty at local increments; the failure, if any, is common to all ranks.
+    fn internal_forces(&mut self, u: &[f64], forces: &mut [f64]) -> Result<(), Evaluate> {
+        let StepSystem { batches, faces, active, .. } = self.system;
+        let model = &mut *self.model;
+        let result =
+            self.workspace.add_internal_forces(&model.laws, batches, active, &mut model.points, u, forces);
+        self.evaluated.clear();
+        self.evaluated.extend_from_slice(u);
+        self.failure = None;
+        match result {
+            Ok(unassembled) => self.unassembled = unassembled,
+            Err(failure) => self.failure = Some(failure),
+        }
+        if self.world.any(self.failure.is_some()) {
+            self.evaluated.clear();
+            return Err(Evaluate::OutOfDomain);
+        }
+        if let Some(ghost) = &model.ghost {
+            ghost.add_forces(faces, active, u, forces);
+        }
+        Ok(())
+    }
+
+    /// Adds the tangent at local increments `u` to a matrix. With `lift`, adds `K_fc v` of the prescribed increments to it.
+    pub fn add_tangent(
+        &mut self,
+        u: &[f64],
+        matrix: &mut BlockMatrix,
+        lift: Option<&mut [f64]>,
+    ) -> Result<(), Evaluate> {
+        if self.world.any(self.evaluated != u) {
+            let mut scratch = vec![0.0; u.len()];
+            self.internal_forces(u, &mut scratch)?;
+        }
+        let StepSystem { batches, faces, active, .. } = self.system;
+        let model = &*self.model;
+        let mut sink = MatrixSink {
+            matrix,
+            global: &active.global,
+            unknowns: N,
+            prescribed: self.prescribed,
+            lift,
+            block: Vec::new(),
+            indices: Vec::new(),
+            failure: None,
+        };
+        self.workspace
+            .add_tangent(&model.laws, batches, active, &model.points, u, &mut sink)
+            .map_err(|_| Evaluate::OutOfDomain)?;
+        if let Some(ghost) = &model.ghost {
+            ghost.add_stiffness(faces, active, &mut sink);
+        }
+        sink.finish(active.owned)
+    }
+}
+
+impl<C: Fields<D, N>, const D: usize, const N: usize> Nonlinear for Equilibrium<'_, C, D, N> {
+    fn residual(&mut self, u: &[f64], r: &mut [f64]) -> Result<(), Evaluate> {
+        self.internal_forces(u, r)
+    }
+
+    fn complete(&mut self, r: &mut [f64]) -> Result<(), Evaluate> {
+        let mut sums = [0.0, 0.0, 0.0, self.unassembled];
+        for (index, own) in r.iter_mut().enumerate() {
+            *own -= self.external[index];
+            let constrained = self.prescribed.mask[index];
+            self.reactions[index] = if constrained { *own } else { 0.0 };
+            if constrained {
+                *own = 0.0;
+            }
+            sums[usize::from(!C::IS_TRANSLATION[index % N])] += *own * *own;
+            sums[2] += (self.external[index] + self.reactions[index]).powi(2);
+        }
+        self.world.sum_slice(&mut sums);
+        self.norms = Norms::from_sums(&sums);
+        Ok(())
+    }
+
+    fn jacobian(&mut self, u: &[f64], k: &mut BlockMatrix) -> Result<(), Evaluate> {
+        self.add_tangent(u, k, None)
+    }
+
+    fn test(&mut self, iteration: &Iteration<'_>) -> Verdict {
+        let force_residual = self.norms.relative_residual(self.peak_force);
+        let energy_residual = match iteration.update {
+            Some(update) => {
+                let own: f64 = iteration.residual.iter().zip(update).map(|(r, delta)| r * delta).sum();
+                self.world.sum(own).abs()
+            }
+            None => f64::NAN,
+        };
+        self.records.push(IterationRecord {
+            iteration: iteration.number + 1,
+            force_residual,
+            energy_residual,
+            fields: self.norms.residual.map(f64::sqrt),
+        });
+        let energy_converged = self.settings.energy_tolerance.is_some_and(|tolerance| energy_residual < tolerance);
+        if force_residual < self.settings.force_tolerance || energy_converged {
+            Verdict::Converged
+        } else if force_residual.is_finite() {
+            Verdict::Continue
+        } else {
+            Verdict::Diverged
+        }
+    }
+}
+
+/// Hands blocks over to the matrix of PETSc: rows and columns of prescribed unknowns are left out and get a unit
+/// diagonal, which is consistent because their values are exact since the opening solve.
+struct MatrixSink<'a> {
+    matrix: &'a mut BlockMatrix,
+    global: &'a [usize],
+    unknowns: usize,
+    prescribed: &'a Prescribed,
+    lift: Option<&'a mut [f64]>,
+    block: Vec<f64>,
+    indices: Vec<PetscInt>,
+    failure: Option<PetscError>,
+}
+
+impl MatrixSink<'_> {
+    /// Adds `K_fc v` of a block to the right-hand side.
+    fn add_lift(&mut self, nodes: &[u32], tangent: &[f64]) {
+        let (n, prescribed) = (self.unknowns, self.prescribed);
+        let Some(lift) = self.lift.as_deref_mut() else { return };
+        let width = nodes.len() * n;
+        for (column, index) in unknowns_of(nodes, n).enumerate() {
+            let value = prescribed.increment[index];
+            if !prescribed.mask[index] || value == 0.0 {
+                continue;
+            }
+            for (row, index) in unknowns_of(nodes, n).enumerate() {
+                lift[index] += tangent[row * width + column] * value;
+            }
+        }
+    }
+
+    /// Sets the unit diagonal of prescribed unknowns; reports the first failure since the sink was made.
+    fn finish(self, owned_nodes: usize) -> Result<(), Evaluate> {
+        for index in (0..owned_nodes * self.unknowns).filter(|&index| self.prescribed.mask[index]) {
+            let node = self.global[index / self.unknowns] as PetscInt;
+            self.matrix.add_diagonal(node, index % self.unknowns, 1.0)?;
+        }
+        self.failure.map_or(Ok(()), |error| Err(error.into()))
+    }
+}
+
+/// Local unknowns of nodes, in order.
+fn unknowns_of(nodes: &[u32], unknowns: usize) -> impl Iterator<Item = usize> {
+    nodes.iter().flat_map(move |&node| (0..unknowns).map(move |a| node as usize * unknowns + a))
+}
+
+impl Sink for MatrixSink<'_> {
+    fn add(&mut self, nodes: &[u32], tangent: &[f64]) {
+        let width = nodes.len() * self.unknowns;
+        self.add_lift(nodes, tangent);
+        self.indices.clear();
+        self.indices.extend(nodes.iter().map(|&node| self.global[node as usize] as PetscInt));
+        let mut values = tangent;
+        if unknowns_of(nodes, self.unknowns).any(|index| self.prescribed.mask[index]) {
+            self.block.clear();
+            self.block.extend_from_slice(tangent);
+            for (k, _) in unknowns_of(nodes, self.unknowns).enumerate().filter(|&(_, i)| self.prescribed.mask[i]) {
+                self.block[k * width..(k + 1) * width].fill(0.0);
+                self.block.iter_mut().skip(k).step_by(width).for_each(|entry| *entry = 0.0);
+            }
+            values = &self.block;
+        }
+        if let Err(error) = self.matrix.add_blocks(&self.indices, &self.indices, values) {
+            self.failure.get_or_insert(error);
+        }
+    }
+}

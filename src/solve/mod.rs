@@ -1,0 +1,8 @@
+//! A load step: try, accept or discard; step sizes; what the solver sees of the model.
+
+pub mod balance;
+pub mod convergence;
+pub mod equilibrium;
+pub mod model;
+pub mod schedule;
+pub mod step;

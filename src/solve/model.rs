@@ -1,0 +1,125 @@
+//! The model in motion: grid, basis, laws, points and what acts on them.
+
+use crate::assembly::active::Active;
+use crate::assembly::kernel::{Workspace, jet};
+use crate::assembly::penalty::GhostPenalty;
+use crate::condition::load::DeadLoad;
+use crate::continuum::Fields;
+use crate::grid::Grid;
+use crate::grid::basis::Basis;
+use crate::grid::ghost::GhostFaces;
+use crate::material::Material;
+use crate::parallel::{Numbering, World};
+use crate::points::Points;
+use crate::points::search::{Batches, Misplaced, cells_of_points, search};
+use crate::scene::Boundary;
+use nalgebra::{Matrix3, SymmetricEigen};
+
+/// What is solved, as far as this rank holds it.
+pub struct Model<C: Fields<D, N>, const D: usize, const N: usize> {
+    pub grid: Grid<D>,
+    pub basis: Box<dyn Basis>,
+    pub laws: Vec<Box<dyn Material<C>>>,
+    pub points: Points<C, D>,
+    pub boundaries: Vec<Boundary>,
+    pub loads: Vec<DeadLoad>,
+    pub ghost: Option<GhostPenalty>,
+}
+
+/// What the points see of the grid at the start of a step; it does not change while the step is solved.
+pub struct StepSystem<const D: usize> {
+    pub batches: Batches<D>,
+    pub faces: GhostFaces<D>,
+    pub active: Active,
+    /// Cells touched by a domain, on all ranks.
+    pub active_cells: u64,
+}
+
+impl<C: Fields<D, N>, const D: usize, const N: usize> Model<C, D, N> {
+    /// Collective. Brings all points of a cell to one rank. Returns the cell of each point.
+    ///
+    /// # Errors
+    /// A point whose centre lies outside the grid, known to every rank.
+    pub fn gather_cells(&mut self, world: &World) -> Result<Vec<u64>, Misplaced> {
+        let cells = agree_on_place(world, cells_of_points(&self.grid, &self.points))?;
+        if world.size() == 1 {
+            return Ok(cells);
+        }
+        self.points.gather_cells(world, &cells);
+        agree_on_place(world, cells_of_points(&self.grid, &self.points))
+    }
+
+    /// Collective. Finds supports, penalised faces and active nodes; sorts the points.
+    ///
+    /// # Errors
+    /// A point that the grid cannot carry, known to every rank.
+    pub fn search(&mut self, world: &World) -> Result<StepSystem<D>, Misplaced> {
+        let batches = agree_on_place(world, search(&self.grid, self.basis.as_ref(), &mut self.points))?;
+        let touched = batches.touched_cells(&self.grid);
+        let faces = match self.ghost {
+            Some(_) => GhostFaces::find(world, &self.grid, &touched),
+            None => GhostFaces { faces: Vec::new() },
+        };
+        let active = Active::new(world, &self.grid, &batches, &faces);
+        let active_cells = Numbering::new(world, &touched).total as u64;
+        Ok(StepSystem { batches, faces, active, active_cells })
+    }
+
+    /// Ends a step at local increments `u`, at which the trial stresses and states were evaluated: moves the points,
+    /// advances their motion and domains.
+    pub fn accept(&mut self, workspace: &mut Workspace<C, D, N>, batches: &Batches<D>, active: &Active, u: &[f64]) {
+        for (index, batch) in batches.batches.iter().enumerate() {
+            let unknowns = workspace.gather(active.batch_nodes(index), u);
+            for p in batch.points.clone() {
+                let jet = jet::<D, N>(batches.shapes(batch, p), unknowns);
+                for k in 0..D {
+                    self.points.position[p][k] += jet.value[k];
+                    self.points.displacement[p][k] += jet.value[k];
+                }
+                self.points.motion[p] = C::advance(&self.points.motion[p], &jet);
+                if self.basis.has_domains() {
+                    let stretch = stretch_diagonal(&C::deformation_gradient(&self.points.motion[p]));
+                    for k in 0..D {
+                        self.points.half_lengths[p][k] = stretch[k] * self.points.reference_half_lengths[p][k];
+                    }
+                }
+            }
+        }
+        self.points.accept_trial();
+    }
+}
+
+/// Makes a misplaced point known to every rank.
+fn agree_on_place<T>(world: &World, result: Result<T, Misplaced>) -> Result<T, Misplaced> {
+    let failing = if result.is_err() { world.rank() } else { world.size() };
+    let first = world.min_of(failing);
+    if first == world.size() {
+        return result;
+    }
+    let own = result.err().map(|misplaced| (misplaced.id, misplaced.body as u64, misplaced.what));
+    let speaker = own.filter(|_| world.rank() == first);
+    let (id, body, what) = speaker.unwrap_or_default();
+    Err(Misplaced { id: world.sum(id), body: world.sum(body) as usize, what: world.text_from(first, &what) })
+}
+
+/// Diagonal of the symmetric stretch `U = sqrt(F^T F)`: how domains grow along the axes (T 2.29).
+fn stretch_diagonal(gradient: &Matrix3<f64>) -> [f64; 3] {
+    let eigen = SymmetricEigen::new(gradient.transpose() * gradient);
+    std::array::from_fn(|i| (0..3).map(|k| eigen.eigenvectors[(i, k)].powi(2) * eigen.eigenvalues[k].sqrt()).sum())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Rotation3, Vector3};
+
+    #[test]
+    fn domains_stretch_but_do_not_turn() {
+        let stretch = Matrix3::new(1.2, 0.1, 0.0, 0.1, 0.9, 0.05, 0.0, 0.05, 1.1);
+        let rotation = Rotation3::new(Vector3::new(0.3, -1.2, 0.7));
+        let diagonal = stretch_diagonal(&(rotation.matrix() * stretch));
+        for (k, length) in diagonal.iter().enumerate() {
+            assert!((length - stretch[(k, k)]).abs() < 1e-14);
+        }
+    }
+}
