@@ -2,12 +2,16 @@
 #![deny(unsafe_code)]
 
 pub mod assembly;
+pub mod clock;
 pub mod condition;
 pub mod continuum;
 pub mod error;
 pub mod grid;
 pub mod material;
 pub mod parallel;
+#[allow(unsafe_code)]
+pub mod petsc;
 pub mod points;
 pub mod problem;
 pub mod scene;
+pub mod solve;

@@ -40,3 +40,12 @@ pub enum Shape {
     Any(Vec<Shape>),
     Not(Box<Shape>),
 }
+
+impl Shape {
+    pub fn contains(&self, _position: &[f64; 3], _margin: f64) -> bool {
+        true
+    }
+    pub fn bounds(&self) -> ([f64; 3], [f64; 3]) {
+        ([0.0; 3], [0.0; 3])
+    }
+}

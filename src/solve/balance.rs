@@ -16,7 +16,11 @@ pub const LARGEST_IMBALANCE: f64 = 1.10;
 pub fn imbalance(world: &World, points: usize) -> f64 {
     let total = world.sum(points as u64) as f64;
     let largest = world.max_of(points as u64) as f64;
-    if total == 0.0 { 1.0 } else { largest * world.size() as f64 / total }
+    if total == 0.0 {
+        1.0
+    } else {
+        largest * world.size() as f64 / total
+    }
 }
 
 /// Collective. Divides the graph of the cells that hold points among the ranks and sends the points there. Every cell's
@@ -65,7 +69,9 @@ fn graph_of_cells<const D: usize>(
     };
     let mut found = found.into_iter();
     for count in counts {
-        graph.neighbours.extend(found.by_ref().take(count).flatten().map(|cell| cell.number as PetscInt));
+        graph
+            .neighbours
+            .extend(found.by_ref().take(count).flatten().map(|cell| cell.number as PetscInt));
         graph.offsets.push(graph.neighbours.len() as PetscInt);
     }
     graph

@@ -20,13 +20,21 @@ pub struct Norms {
 
 impl Norms {
     pub fn from_sums(sums: &[f64]) -> Self {
-        Self { residual: [sums[0], sums[1]], forces: sums[2], unassembled: sums[3] }
+        Self {
+            residual: [sums[0], sums[1]],
+            forces: sums[2],
+            unassembled: sums[3],
+        }
     }
 
     /// Force residual relative to external forces and reactions. `peak` is the largest norm of these so far.
     pub fn relative_residual(&self, peak: f64) -> f64 {
         let residual = (self.residual[0] + self.residual[1]).sqrt();
-        let scale = self.forces.sqrt().max(NEGLIGIBLE * self.unassembled.sqrt()).max(NEGLIGIBLE * peak);
+        let scale = self
+            .forces
+            .sqrt()
+            .max(NEGLIGIBLE * self.unassembled.sqrt())
+            .max(NEGLIGIBLE * peak);
         if residual == 0.0 { 0.0 } else { residual / scale }
     }
 }
@@ -49,10 +57,18 @@ mod tests {
 
     #[test]
     fn a_vanished_load_does_not_divide_by_zero() {
-        let norms = Norms { residual: [9.0, 16.0], forces: 0.0, unassembled: 0.0 };
+        let norms = Norms {
+            residual: [9.0, 16.0],
+            forces: 0.0,
+            unassembled: 0.0,
+        };
         assert_eq!(norms.relative_residual(5.0), 5.0 / 5.0e-6);
         assert_eq!(Norms::default().relative_residual(0.0), 0.0);
-        let turning = Norms { residual: [1.0e-16, 0.0], forces: 0.0, unassembled: 1.0 };
+        let turning = Norms {
+            residual: [1.0e-16, 0.0],
+            forces: 0.0,
+            unassembled: 1.0,
+        };
         assert!((turning.relative_residual(0.0) - 1.0e-2).abs() < 1e-15);
     }
 }

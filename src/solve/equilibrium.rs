@@ -66,10 +66,13 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
 
     /// Internal forces of points and ghost penalty at local increments; the failure, if any, is common to all ranks.
     fn internal_forces(&mut self, u: &[f64], forces: &mut [f64]) -> Result<(), Evaluate> {
-        let StepSystem { batches, faces, active, .. } = self.system;
+        let StepSystem {
+            batches, faces, active, ..
+        } = self.system;
         let model = &mut *self.model;
-        let result =
-            self.workspace.add_internal_forces(&model.laws, batches, active, &mut model.points, u, forces);
+        let result = self
+            .workspace
+            .add_internal_forces(&model.laws, batches, active, &mut model.points, u, forces);
         self.evaluated.clear();
         self.evaluated.extend_from_slice(u);
         self.failure = None;
@@ -98,7 +101,9 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
             let mut scratch = vec![0.0; u.len()];
             self.internal_forces(u, &mut scratch)?;
         }
-        let StepSystem { batches, faces, active, .. } = self.system;
+        let StepSystem {
+            batches, faces, active, ..
+        } = self.system;
         let model = &*self.model;
         let mut sink = MatrixSink {
             matrix,
@@ -161,7 +166,10 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Nonlinear for Equilibrium<
             energy_residual,
             fields: self.norms.residual.map(f64::sqrt),
         });
-        let energy_converged = self.settings.energy_tolerance.is_some_and(|tolerance| energy_residual < tolerance);
+        let energy_converged = self
+            .settings
+            .energy_tolerance
+            .is_some_and(|tolerance| energy_residual < tolerance);
         if force_residual < self.settings.force_tolerance || energy_converged {
             Verdict::Converged
         } else if force_residual.is_finite() {
@@ -214,7 +222,9 @@ impl MatrixSink<'_> {
 
 /// Local unknowns of nodes, in order.
 fn unknowns_of(nodes: &[u32], unknowns: usize) -> impl Iterator<Item = usize> {
-    nodes.iter().flat_map(move |&node| (0..unknowns).map(move |a| node as usize * unknowns + a))
+    nodes
+        .iter()
+        .flat_map(move |&node| (0..unknowns).map(move |a| node as usize * unknowns + a))
 }
 
 impl Sink for MatrixSink<'_> {
@@ -222,14 +232,22 @@ impl Sink for MatrixSink<'_> {
         let width = nodes.len() * self.unknowns;
         self.add_lift(nodes, tangent);
         self.indices.clear();
-        self.indices.extend(nodes.iter().map(|&node| self.global[node as usize] as PetscInt));
+        self.indices
+            .extend(nodes.iter().map(|&node| self.global[node as usize] as PetscInt));
         let mut values = tangent;
         if unknowns_of(nodes, self.unknowns).any(|index| self.prescribed.mask[index]) {
             self.block.clear();
             self.block.extend_from_slice(tangent);
-            for (k, _) in unknowns_of(nodes, self.unknowns).enumerate().filter(|&(_, i)| self.prescribed.mask[i]) {
+            for (k, _) in unknowns_of(nodes, self.unknowns)
+                .enumerate()
+                .filter(|&(_, i)| self.prescribed.mask[i])
+            {
                 self.block[k * width..(k + 1) * width].fill(0.0);
-                self.block.iter_mut().skip(k).step_by(width).for_each(|entry| *entry = 0.0);
+                self.block
+                    .iter_mut()
+                    .skip(k)
+                    .step_by(width)
+                    .for_each(|entry| *entry = 0.0);
             }
             values = &self.block;
         }

@@ -62,7 +62,12 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Model<C, D, N> {
         };
         let active = Active::new(world, &self.grid, &batches, &faces);
         let active_cells = Numbering::new(world, &touched).total as u64;
-        Ok(StepSystem { batches, faces, active, active_cells })
+        Ok(StepSystem {
+            batches,
+            faces,
+            active,
+            active_cells,
+        })
     }
 
     /// Ends a step at local increments `u`, at which the trial stresses and states were evaluated: moves the points,
@@ -96,16 +101,26 @@ fn agree_on_place<T>(world: &World, result: Result<T, Misplaced>) -> Result<T, M
     if first == world.size() {
         return result;
     }
-    let own = result.err().map(|misplaced| (misplaced.id, misplaced.body as u64, misplaced.what));
+    let own = result
+        .err()
+        .map(|misplaced| (misplaced.id, misplaced.body as u64, misplaced.what));
     let speaker = own.filter(|_| world.rank() == first);
     let (id, body, what) = speaker.unwrap_or_default();
-    Err(Misplaced { id: world.sum(id), body: world.sum(body) as usize, what: world.text_from(first, &what) })
+    Err(Misplaced {
+        id: world.sum(id),
+        body: world.sum(body) as usize,
+        what: world.text_from(first, &what),
+    })
 }
 
 /// Diagonal of the symmetric stretch `U = sqrt(F^T F)`: how domains grow along the axes (T 2.29).
 fn stretch_diagonal(gradient: &Matrix3<f64>) -> [f64; 3] {
     let eigen = SymmetricEigen::new(gradient.transpose() * gradient);
-    std::array::from_fn(|i| (0..3).map(|k| eigen.eigenvectors[(i, k)].powi(2) * eigen.eigenvalues[k].sqrt()).sum())
+    std::array::from_fn(|i| {
+        (0..3)
+            .map(|k| eigen.eigenvectors[(i, k)].powi(2) * eigen.eigenvalues[k].sqrt())
+            .sum()
+    })
 }
 
 #[cfg(test)]

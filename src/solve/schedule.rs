@@ -22,11 +22,20 @@ impl Schedule {
     /// `steps` equal steps, each of which may be halved up to `max_halvings` times.
     pub fn new(stage: usize, steps: usize, max_halvings: u32) -> Self {
         let full = 1 << max_halvings;
-        Self { stage, steps: steps as u64, full, done: 0, size: full }
+        Self {
+            stage,
+            steps: steps as u64,
+            full,
+            done: 0,
+            size: full,
+        }
     }
 
     fn time(&self, ticks: u64) -> Time {
-        Time { stage: self.stage, fraction: ticks as f64 / (self.steps * self.full) as f64 }
+        Time {
+            stage: self.stage,
+            fraction: ticks as f64 / (self.steps * self.full) as f64,
+        }
     }
 
     /// Start and end of the next step; `None` when the stage is done.

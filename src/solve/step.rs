@@ -9,7 +9,7 @@ use crate::assembly::active::Active;
 use crate::assembly::kernel::Workspace;
 use crate::clock::{Clock, Phase};
 use crate::condition::Time;
-use crate::condition::dirichlet::{Prescribed, prescribe};
+use crate::condition::dirichlet::prescribe;
 use crate::condition::load::add_external_forces;
 use crate::continuum::Fields;
 use crate::error::Error;
@@ -100,7 +100,12 @@ struct Solver {
 
 /// How an attempt ended.
 enum AttemptEnd {
-    Converged { iterations: usize, force_residual: f64, reactions: Vec<f64>, increments: Vec<f64> },
+    Converged {
+        iterations: usize,
+        force_residual: f64,
+        reactions: Vec<f64>,
+        increments: Vec<f64>,
+    },
     Failed(String),
 }
 
@@ -146,10 +151,24 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
                 };
                 let step = self.counts.steps + 1;
                 let attempt = self.counts.attempts;
-                observer.attempted(&Attempt { step, attempt, stage, from, to, records: &records, failure })?;
+                observer.attempted(&Attempt {
+                    step,
+                    attempt,
+                    stage,
+                    from,
+                    to,
+                    records: &records,
+                    failure,
+                })?;
                 match end {
-                    AttemptEnd::Converged { iterations, force_residual, reactions, increments } => {
-                        self.model.accept(&mut self.workspace, &system.batches, &system.active, &increments);
+                    AttemptEnd::Converged {
+                        iterations,
+                        force_residual,
+                        reactions,
+                        increments,
+                    } => {
+                        self.model
+                            .accept(&mut self.workspace, &system.batches, &system.active, &increments);
                         self.counts.steps = step;
                         let reactions = self.boundary_reactions(&system, &reactions);
                         let step_size = schedule.step_size();
@@ -195,7 +214,10 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         let _searching = clock.enter(Phase::Search);
         let steps = self.counts.steps;
         let world = self.world.clone();
-        let cells = self.model.gather_cells(&world).map_err(|misplaced| lost(steps, misplaced))?;
+        let cells = self
+            .model
+            .gather_cells(&world)
+            .map_err(|misplaced| lost(steps, misplaced))?;
         if world.size() > 1 {
             let now = imbalance(&world, self.model.points.len());
             let worse = now > LARGEST_IMBALANCE && now > WORTHWHILE * self.achieved_balance;
@@ -214,7 +236,10 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
 
     /// Makes solver and matrix fit the active nodes; keeps them where the pattern stands.
     fn prepare_solver(&mut self, system: &StepSystem<D>) -> Result<(), Error> {
-        let fits = self.solver.as_ref().is_some_and(|solver| solver.active.has_pattern_of(&system.active));
+        let fits = self
+            .solver
+            .as_ref()
+            .is_some_and(|solver| solver.active.has_pattern_of(&system.active));
         if self.world.all_ok(fits) {
             return Ok(());
         }
@@ -235,9 +260,15 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
                 solver.active = active.clone();
             }
             None => {
-                let options = NewtonOptions { max_iterations: self.settings.max_iterations };
+                let options = NewtonOptions {
+                    max_iterations: self.settings.max_iterations,
+                };
                 let newton = Newton::new(&self.session, &layout, matrix, &options)?;
-                self.solver = Some(Solver { newton, layout, active: active.clone() });
+                self.solver = Some(Solver {
+                    newton,
+                    layout,
+                    active: active.clone(),
+                });
             }
         }
         Ok(())
@@ -277,12 +308,23 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         let outcome = solver.newton.solve(&mut problem, &mut increments)?;
         let end = match outcome.end {
             End::Converged => {
-                let local = settle(&self.session, solver, &mut problem, &increments, outcome.evaluated_at_solution)?;
+                let local = settle(
+                    &self.session,
+                    solver,
+                    &mut problem,
+                    &increments,
+                    outcome.evaluated_at_solution,
+                )?;
                 let record = problem.records.last().expect("a converged step was tested");
                 let (iterations, force_residual) = (problem.records.len(), record.force_residual);
                 self.peak_force = self.peak_force.max(problem.norms.forces.sqrt());
                 let reactions = std::mem::take(&mut problem.reactions);
-                AttemptEnd::Converged { iterations, force_residual, reactions, increments: local }
+                AttemptEnd::Converged {
+                    iterations,
+                    force_residual,
+                    reactions,
+                    increments: local,
+                }
             }
             End::OutOfDomain => AttemptEnd::Failed(describe_failure(&problem)),
             End::NotConverged => AttemptEnd::Failed(outcome.reason),
@@ -304,7 +346,9 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
             }
         }
         self.world.sum_slice(&mut sums);
-        sums.chunks_exact(N).map(|sums| std::array::from_fn(|a| sums[a])).collect()
+        sums.chunks_exact(N)
+            .map(|sums| std::array::from_fn(|a| sums[a]))
+            .collect()
     }
 }
 
@@ -329,7 +373,14 @@ fn external_forces<C: Fields<D, N>, const D: usize, const N: usize>(
 ) -> Result<Vec<f64>, Error> {
     let mut forces = GhostVector::new(session, layout)?;
     let nodes = |batch: usize| system.active.batch_nodes(batch);
-    add_external_forces(&model.loads, time, &model.points, &system.batches, nodes, forces.local_mut());
+    add_external_forces(
+        &model.loads,
+        time,
+        &model.points,
+        &system.batches,
+        nodes,
+        forces.local_mut(),
+    );
     forces.add_to_owners()?;
     Ok(forces.owned().to_vec())
 }
@@ -364,14 +415,22 @@ fn open<C: Fields<D, N>, const D: usize, const N: usize>(
     lift.add_to_owners()?;
     let prescribed = problem.prescribed;
     for (index, value) in right_hand_side.iter_mut().enumerate() {
-        *value = if prescribed.mask[index] { 0.0 } else { -(*value + lift.owned()[index]) };
+        *value = if prescribed.mask[index] {
+            0.0
+        } else {
+            -(*value + lift.owned()[index])
+        };
     }
     let mut increments = vec![0.0; owned];
     let solved = solver.newton.linear_solve(&right_hand_side, &mut increments)?;
     if !solved.converged {
         return Ok(Err(format!("the opening linear solve failed: {}", solved.reason)));
     }
-    for (index, value) in increments.iter_mut().enumerate().filter(|(index, _)| prescribed.mask[*index]) {
+    for (index, value) in increments
+        .iter_mut()
+        .enumerate()
+        .filter(|(index, _)| prescribed.mask[*index])
+    {
         *value = prescribed.increment[index];
     }
     Ok(Ok(increments))
@@ -405,7 +464,9 @@ fn settle<C: Fields<D, N>, const D: usize, const N: usize>(
         let mut residual = GhostVector::new(session, &solver.layout)?;
         let result = problem.residual(local.local(), residual.local_mut());
         if let Some(failure) = not_evaluated(result, problem)? {
-            return Err(Error::System(format!("the converged state cannot be evaluated again: {failure}")));
+            return Err(Error::System(format!(
+                "the converged state cannot be evaluated again: {failure}"
+            )));
         }
         residual.add_to_owners()?;
         let mut own = residual.owned().to_vec();
@@ -417,13 +478,20 @@ fn settle<C: Fields<D, N>, const D: usize, const N: usize>(
 /// What the law said, from the lowest rank where it failed.
 fn describe_failure<C: Fields<D, N>, const D: usize, const N: usize>(problem: &Equilibrium<'_, C, D, N>) -> String {
     let world = problem.world;
-    let failing = if problem.failure.is_some() { world.rank() } else { world.size() };
+    let failing = if problem.failure.is_some() {
+        world.rank()
+    } else {
+        world.size()
+    };
     let first = world.min_of(failing);
     if first == world.size() {
         return "a point left the domain of its law during the iteration".into();
     }
     let own = problem.failure.as_ref().map_or(String::new(), |failure| {
-        format!("point {}: {} (local residual {:.1e})", failure.id, failure.what, failure.residual)
+        format!(
+            "point {}: {} (local residual {:.1e})",
+            failure.id, failure.what, failure.residual
+        )
     });
     world.text_from(first, &own)
 }
