@@ -2,26 +2,23 @@
 
 mod build;
 mod columns;
+mod facts;
 mod recorder;
 mod snapshot;
 
-use crate::assembly::kernel::Workspace;
-use crate::clock::{Clock, PhaseSeconds};
+use crate::clock::Clock;
 use crate::config::Source;
-use crate::continuum::Fields;
 use crate::continuum::micropolar::Micropolar;
+use crate::continuum::{Continuum, Fields};
 use crate::error::Error;
 use crate::material::{Components, Material, micropolar_law, spec::MaterialSpec};
-use crate::output::process;
 use crate::output::progress::{Mode, Progress};
-use crate::output::summary::{Status, Summary};
 use crate::parallel::World;
 use crate::petsc::{Partitioner, Session};
 use crate::scene::{ContinuumKind, Kinematics, PartitionerKind, Scene};
 use crate::solve::step::Analysis;
 use build::{Built, build};
 use recorder::Recorder;
-use std::collections::BTreeMap;
 use std::rc::Rc;
 
 /// What to do with a scene.
@@ -31,8 +28,8 @@ pub enum Task {
     Check,
 }
 
-/// A continuum with laws: what builds a law from its parameters.
-pub trait Laws: crate::continuum::Continuum {
+/// A continuum with laws: what makes a law of its parameters.
+pub trait Laws: Continuum {
     fn law(spec: &MaterialSpec, components: Components) -> Box<dyn Material<Self>>;
 }
 
@@ -66,17 +63,14 @@ fn perform<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
 ) -> Result<(), Error> {
     let built = build::<C, D, N>(world, scene, source)?;
     match task {
-        Task::Check => {
-            if world.is_root() {
-                print!("{}", built.describe(scene));
-            }
-            Ok(())
-        }
-        Task::Run { quiet } => run(world, scene, built, quiet, clock),
+        Task::Check if world.is_root() => print!("{}", built.describe(scene)),
+        Task::Check => {}
+        Task::Run { quiet } => run(world, scene, built, quiet, clock)?,
     }
+    Ok(())
 }
 
-fn run<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
+fn run<C: Fields<D, N>, const D: usize, const N: usize>(
     world: &World,
     scene: &Scene,
     built: Built<C, D, N>,
@@ -86,25 +80,22 @@ fn run<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
     let session = Session::start(world, &scene.solver.petsc_options)?;
     let partitioner = partitioner(scene.solver.partitioner).resolve(&session)?;
     let mut progress = Progress::on_stdout(Mode::choose(world.is_root(), quiet));
-    header(&mut progress, world, scene, &built, session.version());
-    for warning in &built.warnings {
-        progress.message(&format!("warning: {warning}"));
-    }
-    let mut recorder = Recorder::create(world, scene, &built, progress, clock)?;
+    facts::print_header(&mut progress, world, scene, &built, &session);
+    let points = built.points;
+    let mut recorder = Recorder::create(world, scene, built.columns, points, progress, clock)?;
     recorder.initial(&built.model)?;
-    let workspace = Workspace::new(clock.clone());
-    let mut analysis =
-        Analysis::new(world, &session, built.model, workspace, scene.solver.clone(), partitioner, clock);
+    let mut analysis = Analysis::new(world, &session, built.model, scene.solver.clone(), partitioner, clock);
     let outcome = analysis.run(&scene.stages, &mut recorder);
     let finished = recorder.finish(&analysis.model);
     let outcome = outcome.and(finished);
-    let facts = RunFacts {
-        title: &scene.title,
-        points: recorder.total_points(),
-        partitioner: if world.size() > 1 { partitioner.to_string() } else { "none: one rank".into() },
-        unused_options: session.unused_options()?,
-    };
-    let summary = summarise(world, &session, &analysis, facts, &outcome, clock)?;
+    for option in session.unused_options()? {
+        recorder.message(&format!("warning: PETSc did not use the option {option}"));
+    }
+    if analysis.counts.largest_overhang > 0.0 {
+        let cells = analysis.counts.largest_overhang;
+        recorder.message(&format!("domains stuck out of the grid by up to {cells:.1e} of a cell; that part was dropped"));
+    }
+    let summary = facts::summarise(world, &session, scene, points, &analysis, &outcome, clock)?;
     recorder.summary(&summary)?;
     outcome
 }

@@ -133,6 +133,19 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         }
     }
 
+    /// How cells are shared among the ranks.
+    pub fn partitioner(&self) -> Partitioner {
+        self.partitioner
+    }
+
+    /// Fill-reducing ordering of the last factorisation, in words; empty before the first.
+    pub fn ordering(&self) -> Result<String, Error> {
+        Ok(match &self.solver {
+            Some(solver) => solver.newton.ordering_used()?,
+            None => String::new(),
+        })
+    }
+
     /// Collective. Runs all stages.
     ///
     /// # Errors

@@ -1,0 +1,104 @@
+//! What is told of a run at its start and its end.
+
+use super::build::Built;
+use crate::clock::{Clock, PhaseSeconds};
+use crate::continuum::Fields;
+use crate::error::Error;
+use crate::output::process;
+use crate::output::progress::{Progress, RunHeader};
+use crate::output::summary::{Status, Summary};
+use crate::parallel::World;
+use crate::petsc::Session;
+use crate::scene::Scene;
+use crate::solve::step::Analysis;
+use std::collections::BTreeMap;
+use std::io::Stdout;
+
+/// Versions of the program and of the libraries in use.
+pub fn versions(petsc: &str) -> Vec<(&'static str, String)> {
+    vec![
+        ("PETSc", petsc.to_owned()),
+        ("MPI", crate::version::mpi()),
+        ("HDF5", crate::version::hdf5()),
+    ]
+}
+
+/// Prints what is run, with what.
+pub fn print_header<C: Fields<D, N>, const D: usize, const N: usize>(
+    progress: &mut Progress<Stdout>,
+    world: &World,
+    scene: &Scene,
+    built: &Built<C, D, N>,
+    session: &Session,
+) {
+    progress.header(&RunHeader {
+        version: crate::version::PROGRAM,
+        commit: crate::version::COMMIT,
+        libraries: &versions(session.version()),
+        title: &scene.title,
+        points: built.points,
+        dofs: (built.nodes * N) as u64,
+        ranks: world.size(),
+    });
+    for warning in &built.warnings {
+        progress.message(&format!("warning: {warning}"));
+    }
+}
+
+/// Collective. Counts, times and memory of a run that has ended.
+pub fn summarise<C: Fields<D, N>, const D: usize, const N: usize>(
+    world: &World,
+    session: &Session,
+    scene: &Scene,
+    points: u64,
+    analysis: &Analysis<C, D, N>,
+    outcome: &Result<(), Error>,
+    clock: &Clock,
+) -> Result<Summary, Error> {
+    let counts = &analysis.counts;
+    let (status, exit_code, message) = match outcome {
+        Ok(()) => (Status::Completed, 0, None),
+        Err(error @ Error::Analysis(_)) => (Status::Stopped, error.exit_code(), Some(error.to_string())),
+        Err(error) => (Status::Failed, error.exit_code(), Some(error.to_string())),
+    };
+    let mut versions: BTreeMap<String, String> =
+        versions(session.version()).into_iter().map(|(name, version)| (name.to_lowercase(), version)).collect();
+    versions.insert("mpm-petsc".into(), crate::version::PROGRAM.into());
+    versions.insert("commit".into(), crate::version::COMMIT.into());
+    let cpu_seconds = world.sum(process::cpu_seconds());
+    let peak_memory_mb = world.all_gather(process::peak_memory_mb().unwrap_or(f64::NAN));
+    let phases = phases(session, clock)?;
+    Ok(Summary {
+        status,
+        exit_code,
+        message,
+        title: scene.title.clone(),
+        ranks: world.size(),
+        points,
+        active_cells: counts.active_cells,
+        dofs: (counts.nodes * N) as u64,
+        nonzeros: counts.nonzeros,
+        steps: counts.steps,
+        attempts: counts.attempts,
+        newton_iterations: counts.newton_iterations,
+        wall_seconds: phases.total(),
+        cpu_seconds,
+        phases,
+        peak_memory_mb,
+        partitioner: if world.size() > 1 { analysis.partitioner().to_string() } else { "none".into() },
+        ordering: analysis.ordering()?,
+        solver: analysis.linear_solver()?,
+        residuals: BTreeMap::new(),
+        versions,
+        errors: BTreeMap::new(),
+    })
+}
+
+/// Time split of the root. The clock counts all of PETSc's own work as `solve`; PETSc knows how much of it was set-up.
+fn phases(session: &Session, clock: &Clock) -> Result<PhaseSeconds, Error> {
+    let mut phases = clock.seconds();
+    let factorise = session.phase_seconds()?.factorisation.min(phases.solve);
+    phases.factorise += factorise;
+    phases.solve -= factorise;
+    Ok(phases)
+}
