@@ -4,6 +4,8 @@
 //! `D` dimensions*: increments of the step, with gradients on the coordinates at its start (docs/theory.md, section 1).
 
 pub mod micropolar;
+pub mod rotation;
+pub mod tensor;
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
@@ -101,6 +103,11 @@ pub trait Fields<const D: usize, const N: usize>: Continuum {
     fn tangent(frame: &Self::Frame, stress: &Self::Stress, moduli: &Self::Moduli, out: &mut Tangent<D, N>);
     /// Motion at the end of the step.
     fn advance(motion: &Self::Motion, jet: &Jet<D, N>) -> Self::Motion;
+    /// [`Continuum::observe`] with what this dimension alone knows: in plane strain the rotation is the accumulated
+    /// angle, in space the principal rotation vector.
+    fn observe_fields(motion: &Self::Motion, stress: &Self::Stress) -> Observation {
+        Self::observe(motion, stress)
+    }
 }
 
 impl<const D: usize, const N: usize> Jet<D, N> {

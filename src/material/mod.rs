@@ -1,8 +1,18 @@
 //! Constitutive laws: three-dimensional, pure, one file each.
 
+mod active;
+#[cfg(test)]
+pub(crate) mod check;
+mod dense;
+pub mod drucker_prager;
+pub mod elastic;
 pub mod spec;
 
+use crate::continuum::micropolar::Micropolar;
 use crate::continuum::{Continuum, Variable};
+use drucker_prager::DruckerPrager;
+use elastic::Elastic;
+use spec::MaterialSpec;
 
 /// Which components of strain and stress a scene can excite; a law solves for those alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,4 +53,12 @@ pub trait Material<C: Continuum>: Send + Sync {
 /// Length of a state made of these variables.
 pub fn state_length(variables: &[Variable]) -> usize {
     variables.iter().map(|variable| variable.length).sum()
+}
+
+/// The micropolar law with these parameters, for a scene that can excite these components.
+pub fn micropolar_law(spec: &MaterialSpec, components: Components) -> Box<dyn Material<Micropolar>> {
+    match spec {
+        MaterialSpec::Elastic(moduli) => Box::new(Elastic::new(moduli, components)),
+        MaterialSpec::Elastoplastic(moduli, plastic) => Box::new(DruckerPrager::new(moduli, plastic, components)),
+    }
 }

@@ -1,0 +1,1 @@
+//! Laws that every material must obey, one function per continuum.

@@ -1,0 +1,309 @@
+//! Return to the apex of the cone.
+//!
+//! At the apex `Gammae = 0` and `sym tau = (k + H chi)/alpha I`; the skew part of `tau` stays elastic. The plastic flow
+//! of the step is a symmetric tensor `D`, `Ue = exp(-D) Ue*`: as many unknowns as equations. Every direction between
+//! those of the cone is open there, hence
+//!
+//! ```text
+//! chi = chi~ + tr D/beta
+//! e <= tr D/beta      e = sqrt(2/3 (dev D : dev D + lp^2 D_G : D_G))      D_G = Gammae* U^-1
+//! ```
+//!
+//! The second line tells the apex from the cone: a point of the cone with `q -> 0` has `D = dg N`, for which `e = dg`
+//! and `tr D = beta dg`, so that the two returns meet where it is an equality. In small strains it is exactly the
+//! condition that no point of the cone answers.
+//!
+//! With `beta = 0` the flow of the cone keeps the volume and `tr D/beta` has no meaning. Then the apex answers every
+//! strain with `tr D >= 0`, and the multiplier is the norm of all flow, `sqrt(2/3 (D : D + lp^2 D_G : D_G))`: again the
+//! cone's where the two meet (`tr D = 0`), and smooth beyond.
+
+use super::{Branch, DruckerPrager, MOST_HALVINGS, MOST_ITERATIONS, PlasticState, Returned, StressPoint, Trial};
+use super::{MicropolarModuli, NoSolution, force_rate};
+use crate::continuum::tensor::{SymmetricExponential, component, symmetric, symmetric_eigen};
+use crate::material::active::{ActiveSet, Pair};
+use crate::material::dense::{Factors, System};
+use nalgebra::Matrix3;
+
+/// Where the returns to cone and apex meet, rounding may favour neither: relative play of the condition above.
+const PLAY: f64 = 1e-6;
+
+/// The unknown with everything that follows from it.
+#[derive(Clone, Copy)]
+struct ApexState {
+    /// `D`.
+    flow: Matrix3<f64>,
+    exponential: SymmetricExponential,
+    point: StressPoint,
+    /// Increment of `chi`.
+    multiplier: f64,
+    /// `sym tau - (k + H chi)/alpha I`, over `2 mu`.
+    residual: Matrix3<f64>,
+}
+
+impl DruckerPrager {
+    /// Whether a small-strain estimate puts the answer at the apex: then it is tried first.
+    pub(super) fn expects_apex(&self, trial: &Trial, point: &StressPoint) -> bool {
+        let plastic = &self.plastic;
+        if plastic.friction_slope == 0.0 {
+            return false;
+        }
+        let beyond = point.pressure - self.strength(trial.old.chi) / plastic.friction_slope;
+        let bulk = self.elastic.lambda + 2.0 / 3.0 * self.elastic.mu;
+        let stiffness = bulk * plastic.dilatancy_slope + plastic.hardening_modulus / plastic.friction_slope;
+        let couple_flow = self.couple_flow_at_apex(trial);
+        let deviatoric = point.deviator / (2.0 * self.elastic.mu);
+        let shear_flow = self.equivalent_flow(&deviatoric, &couple_flow);
+        beyond > 0.0 && (plastic.dilatancy_slope == 0.0 || shear_flow * stiffness < beyond)
+    }
+
+    /// Return to the apex, if the strain belongs to it.
+    pub(super) fn return_to_apex<A: ActiveSet, const N: usize>(&self, trial: &Trial) -> Result<Returned, NoSolution> {
+        let mut state = self.apex_state(trial, &Matrix3::zeros());
+        let mut last: Option<Factors<N>> = None;
+        for _ in 0..MOST_ITERATIONS {
+            if self.apex_converged(trial, &state) {
+                if let Some(factors) = &last {
+                    let polished = self.apex_step::<A, N>(trial, &state, factors, 1.0);
+                    if polished.residual.norm() < state.residual.norm() {
+                        state = polished;
+                    }
+                }
+                return self.accept_apex(trial, &state);
+            }
+            let factors = self.apex_system::<A, N>(&state, trial).factorise().ok_or(NoSolution {
+                what: "the local problem of the apex is singular",
+                residual: state.residual.norm(),
+            })?;
+            state = self.apex_correction::<A, N>(trial, &state, &factors)?;
+            last = Some(factors);
+        }
+        Err(NoSolution {
+            what: "the return to the apex did not converge",
+            residual: state.residual.norm(),
+        })
+    }
+
+    fn accept_apex(&self, trial: &Trial, state: &ApexState) -> Result<Returned, NoSolution> {
+        let volume_flow = state.flow.trace();
+        let deviatoric = state.flow - Matrix3::from_diagonal_element(volume_flow / 3.0);
+        let shear_flow = self.equivalent_flow(&deviatoric, &self.couple_flow_at_apex(trial));
+        let beta = self.plastic.dilatancy_slope;
+        let admissible = if beta == 0.0 {
+            volume_flow >= -PLAY * shear_flow
+        } else {
+            shear_flow <= state.multiplier * (1.0 + PLAY)
+        };
+        if !admissible {
+            return Err(NoSolution {
+                what: "the strain does not belong to the apex",
+                residual: shear_flow,
+            });
+        }
+        Ok(Returned {
+            stretch: state.point.stretch,
+            wryness: Matrix3::zeros(),
+            chi: trial.old.chi + state.multiplier,
+            branch: Branch::Apex,
+        })
+    }
+
+    /// Consistent moduli; `None` where the local problem is singular.
+    pub(super) fn apex_moduli<A: ActiveSet, const N: usize, const COLUMNS: usize>(
+        &self,
+        trial: &Trial,
+        new: &PlasticState,
+        out: &mut MicropolarModuli,
+    ) -> Option<()> {
+        let state = self.apex_state(trial, &self.flow_between(trial, new)?);
+        let factors = self.apex_system::<A, N>(&state, trial).factorise()?;
+        let (chi_by_stretch, chi_by_wryness) = self.multiplier_by_strain(trial, &state);
+        let old_inverse = &trial.old.inverse_plastic_deformation;
+        let principal = state.exponential.principal_factor(&trial.stretch);
+        let stretches = A::DRIVEN_STRETCH.iter().map(|pair| (Some(*pair), *pair));
+        let inputs = stretches.chain(A::DRIVEN_WRYNESS.iter().map(|pair| (None, *pair)));
+        out.coupled = self.chi_couples();
+        for (total, input) in inputs {
+            // Change of Ue at fixed D.
+            let mut stretch_rate = Matrix3::zeros();
+            let chi_rate = match total {
+                Some((a, b)) => {
+                    stretch_rate = state.exponential.value.column(a) * old_inverse.row(b);
+                    chi_by_stretch[(a, b)]
+                }
+                None => chi_by_wryness[input],
+            };
+            let right: [f64; N] = self.apex_residual_rates::<A, N>(&state.point, &stretch_rate, chi_rate);
+            let flow_rates = factors.solve_one(&right);
+            // The residual stays zero: dD = -(dr/dD)^-1 dr, and dUe/dD has a minus sign, too.
+            for (rate, &pair) in flow_rates.iter().zip(A::SYMMETRIC) {
+                stretch_rate += state.exponential.derivative_times(pair, &principal) * *rate;
+            }
+            let force = force_rate(&self.maps, trial, &state.point, &stretch_rate, total);
+            if !force.sum().is_finite() {
+                return None;
+            }
+            let (of_force, of_couple) = match total {
+                Some(_) => (&mut out.force_stretch, &mut out.couple_stretch),
+                None => (&mut out.force_wryness, &mut out.couple_wryness),
+            };
+            let input = component(input.0, input.1);
+            for &(i, j) in A::DRIVEN_STRETCH {
+                of_force[(component(i, j), input)] = force[(i, j)];
+            }
+            for &(i, j) in A::DRIVEN_WRYNESS {
+                of_couple[(component(i, j), input)] = 0.0;
+            }
+        }
+        Some(())
+    }
+
+    /// The flow of an accepted step: `exp(-D) = Ue Ue*^-1`.
+    fn flow_between(&self, trial: &Trial, new: &PlasticState) -> Option<Matrix3<f64>> {
+        let stretch = trial.total_stretch * new.inverse_plastic_deformation;
+        let (values, directions) = symmetric_eigen(&symmetric(&(stretch * trial.stretch.try_inverse()?)));
+        Some(directions * Matrix3::from_diagonal(&values.map(|value| -value.ln())) * directions.transpose())
+    }
+
+    fn apex_state(&self, trial: &Trial, flow: &Matrix3<f64>) -> ApexState {
+        let exponential = SymmetricExponential::new(&-flow);
+        let point = self.stress_point(trial, &(exponential.value * trial.stretch), &Matrix3::zeros());
+        let multiplier = self.multiplier_at_apex(trial, flow);
+        let apex = self.strength(trial.old.chi + multiplier) / self.plastic.friction_slope;
+        let residual = (point.symmetric_stress - Matrix3::from_diagonal_element(apex)) / (2.0 * self.elastic.mu);
+        ApexState {
+            flow: *flow,
+            exponential,
+            point,
+            multiplier,
+            residual,
+        }
+    }
+
+    fn multiplier_at_apex(&self, trial: &Trial, flow: &Matrix3<f64>) -> f64 {
+        let beta = self.plastic.dilatancy_slope;
+        if beta == 0.0 {
+            self.equivalent_flow(flow, &self.couple_flow_at_apex(trial))
+        } else {
+            flow.trace() / beta
+        }
+    }
+
+    /// `sqrt(2/3 (D : D + lp^2 D_G : D_G))`.
+    fn equivalent_flow(&self, flow: &Matrix3<f64>, couple_flow: &Matrix3<f64>) -> f64 {
+        let couples = self.plastic.plastic_length.powi(2) * couple_flow.norm_squared();
+        (2.0 / 3.0 * (flow.norm_squared() + couples)).sqrt()
+    }
+
+    /// `D_G`.
+    fn couple_flow_at_apex(&self, trial: &Trial) -> Matrix3<f64> {
+        trial.wryness * trial.total_stretch_inverse
+    }
+
+    fn apex_converged(&self, trial: &Trial, state: &ApexState) -> bool {
+        let error = state.residual.norm();
+        let stress_tolerance = self.yield_tolerance(trial.old.chi + state.multiplier, 0.0);
+        error <= self.plastic.tolerance.max(16.0 * f64::EPSILON) && 2.0 * self.elastic.mu * error <= stress_tolerance
+    }
+
+    /// One damped correction: halved until the residual falls.
+    fn apex_correction<A: ActiveSet, const N: usize>(
+        &self,
+        trial: &Trial,
+        state: &ApexState,
+        factors: &Factors<N>,
+    ) -> Result<ApexState, NoSolution> {
+        let error = state.residual.norm();
+        let mut fraction = 1.0;
+        for _ in 0..=MOST_HALVINGS {
+            let next = self.apex_step::<A, N>(trial, state, factors, fraction);
+            if next.residual.norm() <= (1.0 - 1e-4 * fraction) * error || self.apex_converged(trial, &next) {
+                return Ok(next);
+            }
+            fraction *= 0.5;
+        }
+        Err(NoSolution {
+            what: "the return to the apex stalled",
+            residual: error,
+        })
+    }
+
+    /// The state after a fraction of the Newton correction.
+    fn apex_step<A: ActiveSet, const N: usize>(
+        &self,
+        trial: &Trial,
+        state: &ApexState,
+        factors: &Factors<N>,
+        fraction: f64,
+    ) -> ApexState {
+        let correction = factors.solve_one(&std::array::from_fn(|row| state.residual[A::SYMMETRIC[row]]));
+        let mut flow = state.flow;
+        for (value, &(i, j)) in correction.iter().zip(A::SYMMETRIC) {
+            flow[(i, j)] -= fraction * value;
+            flow[(j, i)] = flow[(i, j)];
+        }
+        self.apex_state(trial, &flow)
+    }
+
+    /// Derivatives of the residual by the independent components of `D`.
+    fn apex_system<A: ActiveSet, const N: usize>(&self, state: &ApexState, trial: &Trial) -> System<N> {
+        let principal = state.exponential.principal_factor(&trial.stretch);
+        let mut system = System::zero();
+        for (column, &pair) in A::SYMMETRIC.iter().enumerate() {
+            let stretch_rate = -state.exponential.derivative_times(pair, &principal);
+            let chi_rate = self.multiplier_by_flow(state, pair);
+            let rates: [f64; N] = self.apex_residual_rates::<A, N>(&state.point, &stretch_rate, chi_rate);
+            for (row, rate) in system.rows.iter_mut().zip(rates) {
+                row[column] = rate;
+            }
+        }
+        system
+    }
+
+    /// Change of the residual with changes of `Ue` and `chi`.
+    fn apex_residual_rates<A: ActiveSet, const N: usize>(
+        &self,
+        point: &StressPoint,
+        stretch_rate: &Matrix3<f64>,
+        chi_rate: f64,
+    ) -> [f64; N] {
+        let stress_rate = symmetric(
+            &(self.maps.force.apply(stretch_rate) * point.stretch.transpose() + point.force * stretch_rate.transpose()),
+        );
+        let apex_rate = self.plastic.hardening_modulus / self.plastic.friction_slope * chi_rate;
+        std::array::from_fn(|row| {
+            let (i, j) = A::SYMMETRIC[row];
+            let mean = if i == j { apex_rate } else { 0.0 };
+            (stress_rate[(i, j)] - mean) / (2.0 * self.elastic.mu)
+        })
+    }
+
+    /// Derivative of the multiplier by an independent component of `D`.
+    fn multiplier_by_flow(&self, state: &ApexState, (i, j): Pair) -> f64 {
+        let beta = self.plastic.dilatancy_slope;
+        if beta != 0.0 {
+            return if i == j { 1.0 / beta } else { 0.0 };
+        }
+        // No flow at all, the start of the iteration: any subgradient of the norm will do.
+        if state.multiplier == 0.0 {
+            return 0.0;
+        }
+        let twice = if i == j { 1.0 } else { 2.0 };
+        2.0 / 3.0 * twice * state.flow[(i, j)] / state.multiplier
+    }
+
+    /// Whether the multiplier, and with it the stress, depends on the strain at fixed `D`.
+    fn chi_couples(&self) -> bool {
+        self.plastic.dilatancy_slope == 0.0 && self.plastic.hardening_modulus != 0.0
+    }
+
+    /// Derivatives of the multiplier by total stretch and wryness at fixed `D`, through `D_G = Gammae* U^-1`.
+    fn multiplier_by_strain(&self, trial: &Trial, state: &ApexState) -> (Matrix3<f64>, Matrix3<f64>) {
+        if !self.chi_couples() || state.multiplier == 0.0 {
+            return (Matrix3::zeros(), Matrix3::zeros());
+        }
+        let couple_flow = self.couple_flow_at_apex(trial);
+        let factor = 2.0 / 3.0 * self.plastic.plastic_length.powi(2) / state.multiplier;
+        let by_wryness = couple_flow * trial.total_stretch_inverse.transpose() * factor;
+        (-couple_flow.tr_mul(&by_wryness), by_wryness)
+    }
+}

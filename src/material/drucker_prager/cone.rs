@@ -1,0 +1,435 @@
+//! Return to the cone: a local Newton iteration, and the moduli by the implicit function theorem.
+//!
+//! Unknowns are the active components of `Ue` and `lp Gammae`, and the multiplier `dg`; residuals
+//!
+//! ```text
+//! r_U = Ue - exp(-dg N) Ue*      r_Gamma = lp (Gammae + dg 3/(2 lp^2 q) nu U - Gammae*)      r_f = f/(3 mu)
+//! ```
+//!
+//! all of the size of a strain. `q` carries a sign: that of the projection of `(s, nu/lp)` on the trial stress. So it
+//! is smooth where the iteration passes through the axis of the cone, and an iteration that converges to a negative
+//! `q` has shown that no point of the cone answers the strain.
+
+use super::{Branch, DruckerPrager, MOST_HALVINGS, MOST_ITERATIONS, PlasticState, Returned, StressPoint, Trial};
+use super::{MicropolarModuli, MicropolarStrain, NoSolution, force_rate};
+use crate::continuum::tensor::{SymmetricExponential, component};
+use crate::material::active::{ActiveSet, Pair};
+use crate::material::dense::{Factors, System};
+use nalgebra::Matrix3;
+
+/// The unknowns with everything that follows from them.
+#[derive(Clone, Copy)]
+struct ConeState {
+    wryness: Matrix3<f64>,
+    multiplier: f64,
+    /// `shear` has its sign here.
+    point: StressPoint,
+    exponential: SymmetricExponential,
+    /// `exp(-dg N) Ue*`.
+    returned_stretch: Matrix3<f64>,
+    stretch_residual: Matrix3<f64>,
+    wryness_residual: Matrix3<f64>,
+    /// `f`.
+    yield_value: f64,
+}
+
+/// Derivatives of the invariants.
+struct Gradients {
+    pressure_by_stretch: Matrix3<f64>,
+    shear_by_stretch: Matrix3<f64>,
+    shear_by_wryness: Matrix3<f64>,
+}
+
+/// `d (exp(A) Ue*)` by the independent components of `A`: row per stretch, column per symmetric component.
+type ExponentialRates = [[f64; 6]; 9];
+
+impl DruckerPrager {
+    pub(super) fn return_to_cone<A: ActiveSet, const N: usize>(
+        &self,
+        trial: &Trial,
+        trial_point: &StressPoint,
+    ) -> Result<Returned, NoSolution> {
+        let mut state = self.cone_state(trial, trial_point, &trial.stretch, &trial.wryness, 0.0);
+        let mut last: Option<Factors<N>> = None;
+        for _ in 0..MOST_ITERATIONS {
+            if self.cone_converged(trial, &state) {
+                if let Some(factors) = &last {
+                    let polished = self.cone_step::<A, N>(trial, trial_point, &state, factors, 1.0);
+                    if self.cone_merit(&polished) < self.cone_merit(&state) {
+                        state = polished;
+                    }
+                }
+                return accept_cone(trial, &state);
+            }
+            let factors = self.cone_system::<A, N>(trial, &state).factorise().ok_or(NoSolution {
+                what: "the local problem of the cone is singular",
+                residual: self.cone_merit(&state).sqrt(),
+            })?;
+            state = self.cone_correction::<A, N>(trial, trial_point, &state, &factors)?;
+            last = Some(factors);
+        }
+        Err(NoSolution {
+            what: "the return to the cone did not converge",
+            residual: self.cone_merit(&state).sqrt(),
+        })
+    }
+
+    /// Consistent moduli; `None` where the local problem is singular.
+    pub(super) fn cone_moduli<A: ActiveSet, const N: usize, const COLUMNS: usize>(
+        &self,
+        trial: &Trial,
+        strain: &MicropolarStrain,
+        new: &PlasticState,
+        out: &mut MicropolarModuli,
+    ) -> Option<()> {
+        let stretch = strain.stretch * new.inverse_plastic_deformation;
+        let wryness = strain.wryness - new.plastic_wryness;
+        let point = self.stress_point(trial, &stretch, &wryness);
+        let state = self.cone_state(trial, &point, &stretch, &wryness, new.chi - trial.old.chi);
+        let factors = self.cone_system::<A, N>(trial, &state).factorise()?;
+        let rates = factors.solve(&self.cone_right_sides::<A, N, COLUMNS>(trial, &state));
+        if !rates.iter().flatten().sum::<f64>().is_finite() {
+            return None;
+        }
+        out.coupled = true;
+        let inputs = A::DRIVEN_STRETCH.iter().map(|pair| (Some(*pair), *pair));
+        let inputs = inputs.chain(A::DRIVEN_WRYNESS.iter().map(|pair| (None, *pair)));
+        for (column, (total, input)) in inputs.enumerate() {
+            let mut stretch_rate = Matrix3::zeros();
+            for (row, &pair) in A::STRETCH.iter().enumerate() {
+                stretch_rate[pair] = rates[row][column];
+            }
+            let mut wryness_rate = Matrix3::zeros();
+            for (row, &pair) in A::WRYNESS.iter().enumerate() {
+                wryness_rate[pair] = rates[A::STRETCH.len() + row][column] / self.plastic.plastic_length;
+            }
+            let force = force_rate(&self.maps, trial, &state.point, &stretch_rate, total);
+            let couple = self.maps.couple.apply(&wryness_rate);
+            let (of_force, of_couple) = match total {
+                Some(_) => (&mut out.force_stretch, &mut out.couple_stretch),
+                None => (&mut out.force_wryness, &mut out.couple_wryness),
+            };
+            let input = component(input.0, input.1);
+            for &(i, j) in A::DRIVEN_STRETCH {
+                of_force[(component(i, j), input)] = force[(i, j)];
+            }
+            for &(i, j) in A::DRIVEN_WRYNESS {
+                of_couple[(component(i, j), input)] = couple[(i, j)];
+            }
+        }
+        Some(())
+    }
+
+    fn cone_state(
+        &self,
+        trial: &Trial,
+        trial_point: &StressPoint,
+        stretch: &Matrix3<f64>,
+        wryness: &Matrix3<f64>,
+        multiplier: f64,
+    ) -> ConeState {
+        let length = self.plastic.plastic_length;
+        let mut point = self.stress_point(trial, stretch, wryness);
+        let projection =
+            point.deviator.dot(&trial_point.deviator) + point.couple_flow.dot(&trial_point.couple) / (length * length);
+        point.shear = point.shear.copysign(projection);
+        let exponent = self.flow_direction(&point) * -multiplier;
+        let exponential = SymmetricExponential::new(&exponent);
+        let returned_stretch = exponential.value * trial.stretch;
+        let couple_factor = 1.5 * multiplier / (length * length * point.shear);
+        ConeState {
+            wryness: *wryness,
+            multiplier,
+            exponential,
+            returned_stretch,
+            stretch_residual: stretch - returned_stretch,
+            wryness_residual: (wryness + point.couple_flow * couple_factor - trial.wryness) * length,
+            yield_value: self.yield_value(&point, trial.old.chi + multiplier),
+            point,
+        }
+    }
+
+    /// `N`.
+    fn flow_direction(&self, point: &StressPoint) -> Matrix3<f64> {
+        point.deviator * (1.5 / point.shear) + Matrix3::from_diagonal_element(self.plastic.dilatancy_slope / 3.0)
+    }
+
+    /// Square of the norm of all residuals.
+    fn cone_merit(&self, state: &ConeState) -> f64 {
+        state.stretch_residual.norm_squared()
+            + state.wryness_residual.norm_squared()
+            + (state.yield_value / (3.0 * self.elastic.mu)).powi(2)
+    }
+
+    fn cone_converged(&self, trial: &Trial, state: &ConeState) -> bool {
+        let shear = state.point.shear;
+        // The direction s/q carries the rounding of the stretch, enlarged by mu/q: less cannot be asked.
+        let rounding = 16.0 * f64::EPSILON * (1.0 + 2.0 * self.elastic.mu * (state.multiplier / shear).abs());
+        let tolerance = self.plastic.tolerance.max(rounding.min(1e-9));
+        let strain_error = (state.stretch_residual.norm_squared() + state.wryness_residual.norm_squared()).sqrt();
+        let chi = trial.old.chi + state.multiplier;
+        strain_error <= tolerance && state.yield_value.abs() <= self.yield_tolerance(chi, shear)
+    }
+
+    /// One damped correction: halved until the residuals fall.
+    fn cone_correction<A: ActiveSet, const N: usize>(
+        &self,
+        trial: &Trial,
+        trial_point: &StressPoint,
+        state: &ConeState,
+        factors: &Factors<N>,
+    ) -> Result<ConeState, NoSolution> {
+        let merit = self.cone_merit(state);
+        let mut fraction = 1.0;
+        for _ in 0..=MOST_HALVINGS {
+            let next = self.cone_step::<A, N>(trial, trial_point, state, factors, fraction);
+            if self.cone_merit(&next) <= (1.0 - 1e-4 * fraction) * merit || self.cone_converged(trial, &next) {
+                return Ok(next);
+            }
+            fraction *= 0.5;
+        }
+        Err(NoSolution {
+            what: "the return to the cone stalled",
+            residual: merit.sqrt(),
+        })
+    }
+
+    /// The state after a fraction of the Newton correction.
+    fn cone_step<A: ActiveSet, const N: usize>(
+        &self,
+        trial: &Trial,
+        trial_point: &StressPoint,
+        state: &ConeState,
+        factors: &Factors<N>,
+        fraction: f64,
+    ) -> ConeState {
+        let mut residual = [0.0; N];
+        for (row, &pair) in A::STRETCH.iter().enumerate() {
+            residual[row] = state.stretch_residual[pair];
+        }
+        for (row, &pair) in A::WRYNESS.iter().enumerate() {
+            residual[A::STRETCH.len() + row] = state.wryness_residual[pair];
+        }
+        residual[N - 1] = state.yield_value / (3.0 * self.elastic.mu);
+        let correction = factors.solve_one(&residual);
+        let mut stretch = state.point.stretch;
+        for (row, &pair) in A::STRETCH.iter().enumerate() {
+            stretch[pair] -= fraction * correction[row];
+        }
+        let mut wryness = state.wryness;
+        for (row, &pair) in A::WRYNESS.iter().enumerate() {
+            wryness[pair] -= fraction * correction[A::STRETCH.len() + row] / self.plastic.plastic_length;
+        }
+        let multiplier = state.multiplier - fraction * correction[N - 1];
+        self.cone_state(trial, trial_point, &stretch, &wryness, multiplier)
+    }
+
+    fn gradients(&self, point: &StressPoint) -> Gradients {
+        let force = &self.maps.force;
+        let u = &point.stretch;
+        let s = &point.deviator;
+        let factor = 1.5 / point.shear;
+        let length = self.plastic.plastic_length;
+        Gradients {
+            pressure_by_stretch: (force.apply(u) + point.force) / 3.0,
+            shear_by_stretch: (force.apply(&(s * u)) + s * point.force) * factor,
+            shear_by_wryness: self.maps.couple.apply(&point.couple_flow) * (factor / (length * length)),
+        }
+    }
+
+    fn exponential_rates<A: ActiveSet>(&self, trial: &Trial, state: &ConeState) -> ExponentialRates {
+        let factor = state.exponential.principal_factor(&trial.stretch);
+        let mut rates = [[0.0; 6]; 9];
+        for (column, &pair) in A::SYMMETRIC.iter().enumerate() {
+            let rate = state.exponential.derivative_times(pair, &factor);
+            for (row, &stretch) in A::STRETCH.iter().enumerate() {
+                rates[row][column] = rate[stretch];
+            }
+        }
+        rates
+    }
+
+    /// Derivatives of the residuals by the unknowns.
+    fn cone_system<A: ActiveSet, const N: usize>(&self, trial: &Trial, state: &ConeState) -> System<N> {
+        let rates = self.exponential_rates::<A>(trial, state);
+        let gradients = self.gradients(&state.point);
+        let deviator_rates = deviator_rates::<A>(&rates, &state.point);
+        let mut system = System::zero();
+        self.columns_of_stretch::<A, N>(state, &gradients, &rates, &deviator_rates, &mut system);
+        self.columns_of_wryness::<A, N>(trial, state, &gradients, &deviator_rates, &mut system);
+        self.column_of_multiplier::<A, N>(state, &deviator_rates, &mut system);
+        system
+    }
+
+    fn columns_of_stretch<A: ActiveSet, const N: usize>(
+        &self,
+        state: &ConeState,
+        gradients: &Gradients,
+        rates: &ExponentialRates,
+        deviator_rates: &[f64; 9],
+        system: &mut System<N>,
+    ) {
+        let ConeState {
+            multiplier, ref point, ..
+        } = *state;
+        let length = self.plastic.plastic_length;
+        // A = -dg N and dN = 3/2 (ds/q - s dq/q^2)
+        let factor = -1.5 * multiplier / point.shear;
+        let couple_factor = -length * 1.5 * multiplier / (length * length * point.shear * point.shear);
+        for (column, &by) in A::STRETCH.iter().enumerate() {
+            let (pressure, shear) = (gradients.pressure_by_stretch[by], gradients.shear_by_stretch[by]);
+            let mut exponent_rate = [0.0; 6];
+            for (value, &(i, j)) in exponent_rate.iter_mut().zip(A::SYMMETRIC) {
+                let mean = if i == j { pressure } else { 0.0 };
+                *value = factor * (self.stress_rate(point, (i, j), by) - mean);
+            }
+            for row in 0..A::STRETCH.len() {
+                let through_deviator: f64 = (0..A::SYMMETRIC.len()).map(|c| rates[row][c] * exponent_rate[c]).sum();
+                let through_shear = -factor * deviator_rates[row] * shear / point.shear;
+                system.rows[row][column] = -(through_deviator + through_shear);
+            }
+            system.rows[column][column] += 1.0;
+            for (row, &pair) in A::WRYNESS.iter().enumerate() {
+                system.rows[A::STRETCH.len() + row][column] = couple_factor * point.couple_flow[pair] * shear;
+            }
+            system.rows[N - 1][column] = (shear + self.plastic.friction_slope * pressure) / (3.0 * self.elastic.mu);
+        }
+    }
+
+    fn columns_of_wryness<A: ActiveSet, const N: usize>(
+        &self,
+        trial: &Trial,
+        state: &ConeState,
+        gradients: &Gradients,
+        deviator_rates: &[f64; 9],
+        system: &mut System<N>,
+    ) {
+        let ConeState {
+            multiplier, ref point, ..
+        } = *state;
+        let length = self.plastic.plastic_length;
+        let shears = A::STRETCH.len();
+        let stretch_factor = -1.5 * multiplier / (point.shear * point.shear);
+        let couple_factor = 1.5 * multiplier / (length * length * point.shear);
+        for (column, &by) in A::WRYNESS.iter().enumerate() {
+            let shear = gradients.shear_by_wryness[by];
+            for row in 0..shears {
+                system.rows[row][shears + column] = stretch_factor * deviator_rates[row] * shear / length;
+            }
+            for (row, &pair) in A::WRYNESS.iter().enumerate() {
+                let flow = self.couple_flow_rate(trial, pair, by) - point.couple_flow[pair] * shear / point.shear;
+                system.rows[shears + row][shears + column] = couple_factor * flow;
+            }
+            system.rows[shears + column][shears + column] += 1.0;
+            system.rows[N - 1][shears + column] = shear / (3.0 * self.elastic.mu * length);
+        }
+    }
+
+    /// Derivative of `(S(Gammae) U^T U)_ij` by component `ab` of `Gammae`.
+    fn couple_flow_rate(&self, trial: &Trial, (i, j): Pair, (a, b): Pair) -> f64 {
+        let map = &self.maps.couple;
+        let c = &trial.total_stretch_squared;
+        let mut rate = 0.0;
+        if a == b {
+            rate += map.trace * c[(i, j)];
+        }
+        if i == a {
+            rate += map.straight * c[(b, j)];
+        }
+        if i == b {
+            rate += map.crossed * c[(a, j)];
+        }
+        rate
+    }
+
+    fn column_of_multiplier<A: ActiveSet, const N: usize>(
+        &self,
+        state: &ConeState,
+        deviator_rates: &[f64; 9],
+        system: &mut System<N>,
+    ) {
+        let point = &state.point;
+        let length = self.plastic.plastic_length;
+        for (row, &pair) in A::STRETCH.iter().enumerate() {
+            // The spherical part of N commutes with everything: its derivative is the exponential itself.
+            system.rows[row][N - 1] = 1.5 / point.shear * deviator_rates[row]
+                + self.plastic.dilatancy_slope / 3.0 * state.returned_stretch[pair];
+        }
+        for (row, &pair) in A::WRYNESS.iter().enumerate() {
+            system.rows[A::STRETCH.len() + row][N - 1] = 1.5 / (length * point.shear) * point.couple_flow[pair];
+        }
+        system.rows[N - 1][N - 1] = -self.plastic.hardening_modulus / (3.0 * self.elastic.mu);
+    }
+
+    /// Minus the derivatives of the residuals by the total strains that a motion can change, one per column.
+    fn cone_right_sides<A: ActiveSet, const N: usize, const COLUMNS: usize>(
+        &self,
+        trial: &Trial,
+        state: &ConeState,
+    ) -> [[f64; COLUMNS]; N] {
+        let ConeState {
+            multiplier, ref point, ..
+        } = *state;
+        let length = self.plastic.plastic_length;
+        let couple = &point.couple;
+        let nu = couple * trial.total_stretch.transpose();
+        // nu = S U^T changes with U at fixed Gammae, and q with it.
+        let shear_by_total = nu.tr_mul(couple) * (1.5 / (length * length * point.shear));
+        let deviator_rates = deviator_rates::<A>(&self.exponential_rates::<A>(trial, state), point);
+        let stretch_factor = 1.5 * multiplier / (point.shear * point.shear);
+        let couple_factor = 1.5 * multiplier / (length * point.shear);
+        let exponential = &state.exponential.value;
+        let old_inverse = &trial.old.inverse_plastic_deformation;
+        let mut right = [[0.0; COLUMNS]; N];
+        for (column, &(a, b)) in A::DRIVEN_STRETCH.iter().enumerate() {
+            let shear = shear_by_total[(a, b)];
+            for (row, &(i, j)) in A::STRETCH.iter().enumerate() {
+                right[row][column] =
+                    exponential[(i, a)] * old_inverse[(b, j)] + stretch_factor * deviator_rates[row] * shear;
+            }
+            for (row, &(i, j)) in A::WRYNESS.iter().enumerate() {
+                let mut flow =
+                    couple[(i, b)] * trial.total_stretch[(a, j)] - point.couple_flow[(i, j)] * shear / point.shear;
+                if j == b {
+                    flow += nu[(i, a)];
+                }
+                right[A::STRETCH.len() + row][column] = -couple_factor * flow;
+            }
+            right[N - 1][column] = -shear / (3.0 * self.elastic.mu);
+        }
+        for (column, by) in A::DRIVEN_WRYNESS.iter().enumerate() {
+            for (row, pair) in A::WRYNESS.iter().enumerate() {
+                if pair == by {
+                    right[A::STRETCH.len() + row][A::DRIVEN_STRETCH.len() + column] = length;
+                }
+            }
+        }
+        right
+    }
+}
+
+/// `d (exp(A) Ue*)` along `dA = s`.
+fn deviator_rates<A: ActiveSet>(rates: &ExponentialRates, point: &StressPoint) -> [f64; 9] {
+    rates.map(|row| {
+        row.iter()
+            .zip(A::SYMMETRIC)
+            .map(|(rate, &pair)| rate * point.deviator[pair])
+            .sum()
+    })
+}
+
+fn accept_cone(trial: &Trial, state: &ConeState) -> Result<Returned, NoSolution> {
+    if state.point.shear > 0.0 && state.multiplier > 0.0 {
+        Ok(Returned {
+            stretch: state.point.stretch,
+            wryness: state.wryness,
+            chi: trial.old.chi + state.multiplier,
+            branch: Branch::Cone,
+        })
+    } else {
+        Err(NoSolution {
+            what: "the strain lies beyond the apex of the cone",
+            residual: state.multiplier.abs(),
+        })
+    }
+}
