@@ -12,7 +12,7 @@ use nalgebra::SVector;
 ///
 /// `motion`, `stress` and `state` are accepted; `trial_stress` and `trial_state` are scratch of the step in progress
 /// and become the accepted ones by a swap. Nothing else changes before a step is accepted.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Points<C: Continuum, const D: usize> {
     /// Number of the point in the order of seeding, the same on any number of ranks.
     pub id: Vec<u64>,

@@ -1,0 +1,317 @@
+//! The kernel as a whole: the tangent is the derivative of the residual, for points on a grid with random increments.
+//!
+//! Goal: for both dimensions, both bases, elastic and plastic points, with the ghost penalty, the remainder
+//! `r(u + h d) - r(u) - h K d` falls as `h^2`; a rigid motion of virgin points makes no forces; and residual and
+//! tangent leave the accepted state of the points untouched.
+
+#[path = "common/cases.rs"]
+mod cases;
+
+use mpm_petsc::assembly::Sink;
+use mpm_petsc::assembly::kernel::Workspace;
+use mpm_petsc::assembly::penalty::GhostPenalty;
+use mpm_petsc::clock::Clock;
+use mpm_petsc::continuum::Fields;
+use mpm_petsc::continuum::micropolar::Micropolar;
+use mpm_petsc::grid::Grid;
+use mpm_petsc::grid::basis::{Basis, Gimp, Linear};
+use mpm_petsc::material::spec::{ElasticModuli, MaterialSpec, PlasticParameters};
+use mpm_petsc::material::{Components, micropolar_law, state_length};
+use mpm_petsc::parallel::World;
+use mpm_petsc::points::seed::seed;
+use mpm_petsc::scene::{Body, GhostScaling, GhostSettings, PointSource, SeedPoint};
+use mpm_petsc::solve::model::{Model, StepSystem};
+use std::rc::Rc;
+
+const ELASTIC: ElasticModuli = ElasticModuli {
+    lambda: 8.0e6,
+    mu: 6.0e6,
+    kappa: 1.0e6,
+    alpha: 5.0,
+    beta: 40.0,
+    gamma: 100.0,
+};
+const PLASTIC: PlasticParameters = PlasticParameters {
+    friction_slope: 0.6,
+    dilatancy_slope: 0.2,
+    yield_strength: 50.0e3,
+    hardening_modulus: 1.0e5,
+    plastic_length: 2.0e-3,
+    tolerance: 1.0e-13,
+};
+
+/// Deterministic numbers in [-1, 1).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+}
+
+/// A dense matrix over local unknowns.
+struct Dense {
+    unknowns: usize,
+    width: usize,
+    entries: Vec<f64>,
+}
+
+impl Sink for Dense {
+    fn add(&mut self, nodes: &[u32], tangent: &[f64]) {
+        let index = |k: usize| nodes[k / self.unknowns] as usize * self.unknowns + k % self.unknowns;
+        let size = nodes.len() * self.unknowns;
+        for row in 0..size {
+            for column in 0..size {
+                self.entries[index(row) * self.width + index(column)] += tangent[row * size + column];
+            }
+        }
+    }
+}
+
+/// A block of 2^D cells with 2^D scattered points each, in a grid one cell larger on each side.
+fn model<const D: usize, const N: usize>(
+    world: &World,
+    basis: Box<dyn Basis>,
+    spec: MaterialSpec,
+) -> Model<Micropolar, D, N>
+where
+    Micropolar: Fields<D, N>,
+{
+    const H: f64 = 0.01;
+    let grid = Grid {
+        min: [0.0; D],
+        cell_size: [H; D],
+        cells: [4; D],
+    };
+    let mut random = Random(7);
+    let mut list = Vec::new();
+    for flat in 0..4usize.pow(D as u32) {
+        let mut position = [0.0; 3];
+        let mut rest = flat;
+        for x in position.iter_mut().take(D) {
+            *x = H * (1.25 + 0.5 * (rest % 4) as f64 + 0.1 * random.next());
+            rest /= 4;
+        }
+        let half = 0.27 * H;
+        list.push(SeedPoint {
+            position,
+            volume: (0.5 * H).powi(D as i32),
+            half_lengths: [half, half, half],
+        });
+    }
+    let components = if D == 2 { Components::Plane } else { Components::Space };
+    let laws = vec![micropolar_law(&spec, components)];
+    let bodies = [Body {
+        name: "block".into(),
+        material: 0,
+        points: PointSource::List(list),
+    }];
+    let length = state_length(laws[0].state_variables());
+    let (points, _) = seed(world, &grid, &bodies, &[], &laws, length);
+    let settings = GhostSettings {
+        translation: 1.0e9,
+        rotation: 1.0e5,
+        scaling: GhostScaling::Paper,
+    };
+    let ghost = Some(GhostPenalty::new(
+        &grid,
+        &settings,
+        &<Micropolar as Fields<D, N>>::IS_TRANSLATION,
+    ));
+    Model {
+        grid,
+        basis,
+        laws,
+        points,
+        boundaries: Vec::new(),
+        loads: Vec::new(),
+        ghost,
+    }
+}
+
+/// Everything that the points carry, bit by bit.
+fn record<const D: usize, const N: usize>(model: &Model<Micropolar, D, N>) -> Vec<u64>
+where
+    Micropolar: Fields<D, N>,
+{
+    let mut record = Vec::new();
+    (0..model.points.len()).for_each(|p| model.points.pack(p, &mut record));
+    record.into_iter().map(f64::to_bits).collect()
+}
+
+/// Forces of points and penalty.
+fn forces<const D: usize, const N: usize>(
+    workspace: &mut Workspace<Micropolar, D, N>,
+    model: &mut Model<Micropolar, D, N>,
+    system: &StepSystem<D>,
+    u: &[f64],
+) -> Vec<f64>
+where
+    Micropolar: Fields<D, N>,
+{
+    let mut forces = vec![0.0; u.len()];
+    let Model {
+        laws, points, ghost, ..
+    } = model;
+    workspace
+        .add_internal_forces(laws, &system.batches, &system.active, points, u, &mut forces)
+        .expect("a response");
+    ghost
+        .as_ref()
+        .unwrap()
+        .add_forces(&system.faces, &system.active, u, &mut forces);
+    forces
+}
+
+/// Increments of a smooth random field: its gradient stays of the order of `size` at every point.
+fn field<const D: usize, const N: usize>(
+    model: &Model<Micropolar, D, N>,
+    nodes: &[u64],
+    size: f64,
+    seed: u64,
+) -> Vec<f64>
+where
+    Micropolar: Fields<D, N>,
+{
+    let mut random = Random(seed);
+    let coefficients: Vec<[f64; 4]> = (0..N).map(|_| std::array::from_fn(|_| random.next())).collect();
+    nodes
+        .iter()
+        .flat_map(|&key| {
+            let x = model.grid.node_position(&model.grid.node(key));
+            let values: Vec<f64> = coefficients
+                .iter()
+                .zip(<Micropolar as Fields<D, N>>::IS_TRANSLATION)
+                .map(|(c, translation)| {
+                    let linear = c[0] * x[0] + c[1] * x[1] + c[2] * x[2] + 30.0 * c[3] * x[0] * x[1];
+                    // Rotations vary over a length of the order of the internal one.
+                    if translation {
+                        size * linear
+                    } else {
+                        size * (10.0 * linear + 0.3 * c[3])
+                    }
+                })
+                .collect();
+            values
+        })
+        .collect()
+}
+
+fn taylor<const D: usize, const N: usize>(world: &World, basis: Box<dyn Basis>, spec: MaterialSpec, size: f64)
+where
+    Micropolar: Fields<D, N>,
+{
+    let mut model = model::<D, N>(world, basis, spec);
+    let mut workspace = Workspace::<Micropolar, D, N>::new(Rc::new(Clock::start()));
+    // One accepted step first, so that the state is not virgin and domains have grown.
+    let system = model.search(world).unwrap();
+    assert!(!system.faces.faces.is_empty());
+    let u = field(&model, &system.active.nodes, 0.7 * size, 3);
+    forces(&mut workspace, &mut model, &system, &u);
+    model.accept(&mut workspace, &system.batches, &system.active, &u);
+    let system = model.search(world).unwrap();
+    let accepted = record(&model);
+    let u = field(&model, &system.active.nodes, size, 11);
+    let direction = field(&model, &system.active.nodes, size, 12);
+    let start = forces(&mut workspace, &mut model, &system, &u);
+    let width = u.len();
+    let mut dense = Dense {
+        unknowns: N,
+        width,
+        entries: vec![0.0; width * width],
+    };
+    let Model {
+        laws, points, ghost, ..
+    } = &mut model;
+    workspace
+        .add_tangent(laws, &system.batches, &system.active, points, &u, &mut dense)
+        .unwrap();
+    ghost
+        .as_ref()
+        .unwrap()
+        .add_stiffness(&system.faces, &system.active, &mut dense);
+    let product: Vec<f64> = dense
+        .entries
+        .chunks_exact(width)
+        .map(|row| row.iter().zip(&direction).map(|(k, d)| k * d).sum())
+        .collect();
+    let scale = product.iter().map(|value| value * value).sum::<f64>().sqrt();
+    let remainder = |h: f64, model: &mut Model<Micropolar, D, N>, workspace: &mut Workspace<Micropolar, D, N>| {
+        let moved: Vec<f64> = u.iter().zip(&direction).map(|(u, d)| u + h * d).collect();
+        let end = forces(workspace, model, &system, &moved);
+        let squares = (0..width)
+            .map(|i| (end[i] - start[i] - h * product[i]).powi(2))
+            .sum::<f64>();
+        squares.sqrt() / (h * scale)
+    };
+    let errors: Vec<f64> = [1e-2, 1e-3, 1e-4]
+        .iter()
+        .map(|&h| remainder(h, &mut model, &mut workspace))
+        .collect();
+    println!("  remainders relative to the first-order term {errors:?}");
+    assert!(
+        errors[1] < 0.13 * errors[0] && errors[2] < 0.13 * errors[1],
+        "not of second order: {errors:?}"
+    );
+    assert!(errors[2] < 1e-3, "{errors:?}");
+    assert!(record(&model) == accepted, "an evaluation changed the accepted state");
+}
+
+/// A rigid rotation and translation of virgin points makes no forces but those of the penalty, which is switched off.
+fn rigid_motion(world: &World) {
+    let mut model = model::<3, 6>(world, Box::new(Gimp), MaterialSpec::Elastic(ELASTIC));
+    let system = model.search(world).unwrap();
+    let vector = nalgebra::Vector3::new(0.4, -0.7, 0.5);
+    let rotation = nalgebra::Rotation3::new(vector);
+    let u: Vec<f64> = system
+        .active
+        .nodes
+        .iter()
+        .flat_map(|&key| {
+            let x = nalgebra::Vector3::from(model.grid.node_position(&model.grid.node(key)));
+            let moved = rotation * x - x + nalgebra::Vector3::new(0.01, 0.0, -0.02);
+            [moved.x, moved.y, moved.z, vector.x, vector.y, vector.z]
+        })
+        .collect();
+    model.ghost = None;
+    let mut workspace = Workspace::<Micropolar, 3, 6>::new(Rc::new(Clock::start()));
+    let mut forces = vec![0.0; u.len()];
+    let Model { laws, points, .. } = &mut model;
+    workspace
+        .add_internal_forces(laws, &system.batches, &system.active, points, &u, &mut forces)
+        .unwrap();
+    let largest = forces.iter().fold(0.0f64, |largest, force| largest.max(force.abs()));
+    // A stress of the order of the moduli would make forces of 1e6 Pa x 1e-4 m2 = 100 N.
+    assert!(largest < 1e-10, "largest force {largest}");
+}
+
+fn main() {
+    let world = World::start().expect("MPI starts once");
+    let elastic = MaterialSpec::Elastic(ELASTIC);
+    let plastic = MaterialSpec::Elastoplastic(ELASTIC, PLASTIC);
+    cases::run(&[
+        ("plane_linear_elastic", &|| {
+            taylor::<2, 3>(&world, Box::new(Linear), elastic, 0.3)
+        }),
+        ("plane_gimp_elastic", &|| {
+            taylor::<2, 3>(&world, Box::new(Gimp), elastic, 0.3)
+        }),
+        ("plane_gimp_plastic", &|| {
+            taylor::<2, 3>(&world, Box::new(Gimp), plastic, 0.05)
+        }),
+        ("space_linear_elastic", &|| {
+            taylor::<3, 6>(&world, Box::new(Linear), elastic, 0.3)
+        }),
+        ("space_gimp_elastic", &|| {
+            taylor::<3, 6>(&world, Box::new(Gimp), elastic, 0.2)
+        }),
+        ("space_gimp_plastic", &|| {
+            taylor::<3, 6>(&world, Box::new(Gimp), plastic, 0.05)
+        }),
+        ("rigid_motion_makes_no_forces", &|| rigid_motion(&world)),
+    ]);
+}
