@@ -1,9 +1,12 @@
 //! Implicit, quasi-static, geometrically exact micropolar (Cosserat) material point method on MPI and PETSc.
 #![deny(unsafe_code)]
 
+pub mod clock;
 pub mod continuum;
 pub mod error;
 pub mod grid;
 pub mod material;
+pub mod output;
+pub mod parallel;
 pub mod problem;
 pub mod scene;
