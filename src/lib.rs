@@ -8,5 +8,7 @@ pub mod grid;
 pub mod material;
 pub mod output;
 pub mod parallel;
+#[allow(unsafe_code)]
+pub mod petsc;
 pub mod problem;
 pub mod scene;

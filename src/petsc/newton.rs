@@ -1,0 +1,320 @@
+//! Newton's method with a line search: PETSc's SNES with its linear solver.
+
+use std::ffi::c_void;
+use std::panic::resume_unwind;
+use std::ptr::null_mut;
+use std::rc::Rc;
+
+use petsc_sys as sys;
+
+use super::error::{PetscError, check, forget_message, report_in_drop, text};
+use super::evaluation::{Evaluation, Stop, check_direction, converged, jacobian, residual};
+use super::matrix::BlockMatrix;
+use super::nonlinear::{End, Nonlinear, Outcome, SolveError, Verdict};
+use super::ordering;
+use super::session::Session;
+use super::vector::{GhostVector, Layout, Vector, index};
+
+/// What the caller decides; everything else is PETSc's options.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NewtonOptions {
+    /// Newton iterations before giving up (`-snes_max_it`).
+    pub max_iterations: usize,
+}
+
+impl Default for NewtonOptions {
+    fn default() -> Self {
+        NewtonOptions { max_iterations: 15 }
+    }
+}
+
+/// How a linear solve ended; the same on every rank.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LinearOutcome {
+    /// True if the solution is there and finite.
+    pub converged: bool,
+    /// Iterations of the Krylov method; one for a direct solver.
+    pub iterations: usize,
+    /// PETSc's name of the reason.
+    pub reason: String,
+}
+
+/// A nonlinear solver with its matrix.
+///
+/// Defaults: Newton with backtracking (`newtonls`, `bt`), every linear system by MUMPS' LU factorisation. Any option of
+/// PETSc overrides them (`-snes_...`, `-ksp_...`, `-pc_...`, `-mat_...`), except convergence tests of SNES, which
+/// [`Nonlinear::test`] replaces. While matrix and pattern stand, the analysis of the factorisation is reused.
+pub struct Newton {
+    snes: sys::SNES,
+    ksp: sys::KSP,
+    pc: sys::PC,
+    matrix: BlockMatrix,
+    // What PETSc works on, and the same with ghosts for the problem.
+    solution: Vector,
+    function: Vector,
+    unknowns: GhostVector,
+    residual: GhostVector,
+    session: Rc<Session>,
+}
+
+impl Newton {
+    /// A solver for the unknowns of `layout` with this matrix.
+    pub fn new(
+        session: &Rc<Session>,
+        layout: &Layout,
+        matrix: BlockMatrix,
+        options: &NewtonOptions,
+    ) -> Result<Self, PetscError> {
+        let mut newton = Newton {
+            snes: null_mut(),
+            ksp: null_mut(),
+            pc: null_mut(),
+            matrix,
+            solution: Vector::new(session, layout)?,
+            function: Vector::new(session, layout)?,
+            unknowns: GhostVector::new(session, layout)?,
+            residual: GhostVector::new(session, layout)?,
+            session: session.clone(),
+        };
+        // SAFETY: the out-pointers are valid; linear solver and preconditioner belong to the solver and live as long.
+        unsafe {
+            check(sys::SNESCreate(session.communicator(), &mut newton.snes))?;
+            check(sys::SNESGetKSP(newton.snes, &mut newton.ksp))?;
+            check(sys::KSPGetPC(newton.ksp, &mut newton.pc))?;
+        }
+        newton.set_nonlinear_defaults(options)?;
+        newton.set_linear_defaults()?;
+        // SAFETY: the handle is valid. This also reads the options of linear solver and preconditioner.
+        check(unsafe { sys::SNESSetFromOptions(newton.snes) })?;
+        Ok(newton)
+    }
+
+    fn set_nonlinear_defaults(&mut self, options: &NewtonOptions) -> Result<(), PetscError> {
+        let snes = self.snes;
+        let mut line_search = null_mut();
+        // SAFETY: the handles are valid, the names end with a zero byte, and the callback has PETSc's signature. Zero
+        // tolerances and no limit of evaluations (-1) leave every decision to the problem's own test.
+        unsafe {
+            check(sys::SNESSetType(snes, c"newtonls".as_ptr()))?;
+            check(sys::SNESSetTolerances(
+                snes,
+                0.0,
+                0.0,
+                0.0,
+                index(options.max_iterations)?,
+                -1,
+            ))?;
+            check(sys::SNESSetCheckJacobianDomainError(snes, sys::PETSC_TRUE))?;
+            check(sys::SNESGetLineSearch(snes, &mut line_search))?;
+            check(sys::SNESLineSearchSetType(line_search, c"bt".as_ptr()))?;
+            check(sys::SNESLineSearchSetPreCheck(
+                line_search,
+                Some(check_direction),
+                null_mut(),
+            ))
+        }
+    }
+
+    /// A direct solver by default; where the user chose another preconditioner, GMRES with it.
+    fn set_linear_defaults(&mut self) -> Result<(), PetscError> {
+        let preconditioner = self.session.option(c"-pc_type")?;
+        let direct = matches!(preconditioner.as_deref(), None | Some("lu" | "cholesky"));
+        let method = if direct { c"preonly" } else { c"gmres" };
+        // SAFETY: the handles are valid and the names end with a zero byte.
+        unsafe {
+            check(sys::KSPSetType(self.ksp, method.as_ptr()))?;
+            check(sys::PCSetType(self.pc, c"lu".as_ptr()))?;
+            if sys::PETSC_HAVE_MUMPS != 0 {
+                check(sys::PCFactorSetMatSolverType(self.pc, c"mumps".as_ptr()))?;
+            }
+            // On several ranks MUMPS takes no ordering from outside.
+            if self.session.world().size() == 1 {
+                check(sys::PCFactorSetMatOrderingType(self.pc, ordering::NAME.as_ptr()))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes a new numbering and pattern over; options stay.
+    pub fn rebuild(&mut self, layout: &Layout, matrix: BlockMatrix) -> Result<(), PetscError> {
+        // SAFETY: the handle is valid. SNES lets go of the old vectors and the old matrix before they are dropped.
+        check(unsafe { sys::SNESReset(self.snes) })?;
+        self.solution = Vector::new(&self.session, layout)?;
+        self.function = Vector::new(&self.session, layout)?;
+        self.unknowns = GhostVector::new(&self.session, layout)?;
+        self.residual = GhostVector::new(&self.session, layout)?;
+        self.matrix = matrix;
+        Ok(())
+    }
+
+    /// The matrix of the last iteration, or as filled by the caller.
+    pub fn matrix(&self) -> &BlockMatrix {
+        &self.matrix
+    }
+
+    /// The matrix, to be filled for [`linear_solve`](Self::linear_solve).
+    pub fn matrix_mut(&mut self) -> &mut BlockMatrix {
+        &mut self.matrix
+    }
+
+    /// Solves r(u) = 0 from the owned values in `u`, which become the solution if it converged and stay otherwise.
+    ///
+    /// # Errors
+    /// What the caller cannot mend with a smaller step; then the solver must not be used again.
+    ///
+    /// # Panics
+    /// With the panic of a callback, after PETSc was left.
+    pub fn solve(&mut self, problem: &mut dyn Nonlinear, u: &mut [f64]) -> Result<Outcome, SolveError> {
+        self.solution.set(u)?;
+        let mut evaluation = Evaluation {
+            problem,
+            world: self.session.world(),
+            matrix: &mut self.matrix,
+            unknowns: &mut self.unknowns,
+            residual: &mut self.residual,
+            previous: u.to_vec(),
+            update: vec![0.0; u.len()],
+            verdict: Verdict::Continue,
+            out_of_domain: false,
+            residual_was_last: false,
+            stop: None,
+        };
+        // SAFETY: the handle is valid, and the evaluation outlives the run.
+        let code = unsafe { run(self.snes, self.function.handle, self.solution.handle, &mut evaluation) };
+        let Evaluation {
+            verdict,
+            out_of_domain,
+            residual_was_last,
+            stop,
+            ..
+        } = evaluation;
+        match stop {
+            Some(Stop::Panic(panic)) => resume_unwind(panic),
+            Some(Stop::Failed(message)) => {
+                forget_message();
+                return Err(SolveError::Evaluation(message));
+            }
+            Some(Stop::Petsc(error)) => {
+                forget_message();
+                return Err(error.into());
+            }
+            None => code?,
+        }
+        let end = match (verdict, out_of_domain) {
+            (Verdict::Converged, _) => End::Converged,
+            (_, true) => End::OutOfDomain,
+            _ => End::NotConverged,
+        };
+        if end == End::Converged {
+            self.solution.copy_to(u)?;
+        }
+        let same = self
+            .unknowns
+            .owned()
+            .iter()
+            .zip(&*u)
+            .all(|(a, b)| a.to_bits() == b.to_bits());
+        let evaluated_at_solution = self.session.world().all_ok(same && residual_was_last);
+        Ok(self.outcome(end, evaluated_at_solution)?)
+    }
+
+    /// Reads the counters of the last solve.
+    fn outcome(&self, end: End, evaluated_at_solution: bool) -> Result<Outcome, PetscError> {
+        let (mut iterations, mut linear_iterations, mut residual_norm) = (0, 0, 0.0);
+        let (mut code, mut name) = (0, std::ptr::null());
+        // SAFETY: the handles and out-pointers are valid; the names are static texts of PETSc.
+        let reason = unsafe {
+            check(sys::SNESGetIterationNumber(self.snes, &mut iterations))?;
+            check(sys::SNESGetLinearSolveIterations(self.snes, &mut linear_iterations))?;
+            check(sys::SNESGetFunctionNorm(self.snes, &mut residual_norm))?;
+            check(sys::SNESGetConvergedReason(self.snes, &mut code))?;
+            check(sys::SNESGetConvergedReasonString(self.snes, &mut name))?;
+            text(name)
+        };
+        let reason = if code == sys::SNES_DIVERGED_LINEAR_SOLVE {
+            format!("{reason}, linear solver: {}", self.linear_reason()?.1)
+        } else {
+            reason
+        };
+        Ok(Outcome {
+            end,
+            iterations: iterations as usize,
+            linear_iterations: linear_iterations as usize,
+            residual_norm,
+            reason,
+            evaluated_at_solution,
+        })
+    }
+
+    /// Solves K x = `rhs` (owned parts) with the matrix as it is now, by the linear solver of the iterations.
+    ///
+    /// `x` is overwritten if the solve converged. The matrix must be assembled.
+    pub fn linear_solve(&mut self, rhs: &[f64], x: &mut [f64]) -> Result<LinearOutcome, PetscError> {
+        self.function.set(rhs)?;
+        let (mut iterations, matrix) = (0, self.matrix.handle);
+        // SAFETY: the handles are valid and of one layout; the out-pointer is valid.
+        unsafe {
+            check(sys::KSPSetOperators(self.ksp, matrix, matrix))?;
+            check(sys::KSPSolve(self.ksp, self.function.handle, self.solution.handle))?;
+            check(sys::KSPGetIterationNumber(self.ksp, &mut iterations))?;
+        }
+        let (succeeded, reason) = self.linear_reason()?;
+        let converged = succeeded && self.solution.norm()?.is_finite();
+        if converged {
+            self.solution.copy_to(x)?;
+        }
+        Ok(LinearOutcome {
+            converged,
+            iterations: iterations as usize,
+            reason,
+        })
+    }
+
+    /// Whether the last linear solve succeeded, and PETSc's name of the reason.
+    fn linear_reason(&self) -> Result<(bool, String), PetscError> {
+        let (mut code, mut name) = (0, std::ptr::null());
+        // SAFETY: the handle and the out-pointers are valid; the name is a static text of PETSc.
+        unsafe {
+            check(sys::KSPGetConvergedReason(self.ksp, &mut code))?;
+            check(sys::KSPGetConvergedReasonString(self.ksp, &mut name))?;
+            Ok((code > 0, text(name)))
+        }
+    }
+
+    /// The linear solver and the fill-reducing ordering of the last factorisation, in words for a summary.
+    pub fn ordering_used(&self) -> Result<String, PetscError> {
+        // SAFETY: linear solver and preconditioner are valid as long as `self`.
+        unsafe { ordering::used(self.pc, &self.session) }
+    }
+}
+
+/// Lets SNES run on one evaluation. The outer result is PETSc's own error.
+///
+/// # Safety
+/// The handles are valid and belong together with the evaluation's matrix.
+unsafe fn run(
+    snes: sys::SNES,
+    function: sys::Vec,
+    solution: sys::Vec,
+    evaluation: &mut Evaluation<'_>,
+) -> Result<(), PetscError> {
+    let matrix = evaluation.matrix.handle;
+    let context: *mut c_void = std::ptr::from_mut(evaluation).cast();
+    // SAFETY: by contract; the callbacks have PETSc's signatures and get the context, which lives until the end of this
+    // function. SNES keeps the pointer afterwards, but every solve sets its own before anything is called back.
+    unsafe {
+        check(sys::SNESSetFunction(snes, function, Some(residual), context))?;
+        check(sys::SNESSetJacobian(snes, matrix, matrix, Some(jacobian), context))?;
+        check(sys::SNESSetConvergenceTest(snes, Some(converged), context, None))?;
+        check(sys::SNESSolve(snes, null_mut(), solution))
+    }
+}
+
+impl Drop for Newton {
+    fn drop(&mut self) {
+        if !std::thread::panicking() {
+            // SAFETY: the handle is valid or null, and not used again; it lets go of vectors and matrix.
+            report_in_drop("SNESDestroy", unsafe { sys::SNESDestroy(&mut self.snes) });
+        }
+    }
+}

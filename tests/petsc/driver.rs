@@ -1,0 +1,246 @@
+//! Launches the cases and judges them.
+
+use std::io::Read;
+use std::process::{Child, Command, ExitCode, Stdio};
+use std::time::{Duration, Instant};
+
+/// No case takes more than a few seconds; a hang must not stop the test suite.
+const LIMIT: Duration = Duration::from_secs(120);
+
+/// How a case under `mpirun` ended.
+pub struct Finished {
+    pub success: bool,
+    pub timed_out: bool,
+    pub stdout: String,
+    pub stderr: String,
+}
+
+/// Runs one case on `ranks` processes.
+fn launch(ranks: usize, case: &str, options: &str) -> Finished {
+    let program = std::env::current_exe().expect("this program has a path");
+    let mut command = Command::new("mpirun");
+    command
+        .args(["-n", &ranks.to_string()])
+        .arg(program)
+        .args(["--case", case])
+        .args(options.split_whitespace());
+    finish(configure(command).spawn().expect("mpirun starts (package openmpi-bin)"))
+}
+
+/// Runs one case without `mpirun`.
+fn launch_alone(case: &str) -> Finished {
+    let mut command = Command::new(std::env::current_exe().expect("this program has a path"));
+    command.args(["--case", case]);
+    finish(configure(command).spawn().expect("this program starts"))
+}
+
+/// Lets Open MPI run in containers and with more ranks than cores, and keeps the BLAS to one thread a rank.
+fn configure(mut command: Command) -> Command {
+    command.envs([
+        ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
+        ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
+        ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
+        ("OPENBLAS_NUM_THREADS", "1"),
+    ]);
+    command
+        .env_remove("PETSC_OPTIONS")
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    command
+}
+
+fn finish(mut child: Child) -> Finished {
+    let mut stdout = child.stdout.take().expect("standard output is piped");
+    let mut stderr = child.stderr.take().expect("standard error is piped");
+    let read = |pipe: &mut dyn Read| {
+        let mut bytes = Vec::new();
+        pipe.read_to_end(&mut bytes).expect("the pipe can be read");
+        String::from_utf8_lossy(&bytes).into_owned()
+    };
+    let out = std::thread::spawn(move || read(&mut stdout));
+    let err = std::thread::spawn(move || read(&mut stderr));
+    let start = Instant::now();
+    let (status, timed_out) = loop {
+        if let Some(status) = child.try_wait().expect("the child can be waited for") {
+            break (status, false);
+        }
+        if start.elapsed() > LIMIT {
+            child.kill().expect("the child can be ended");
+            break (child.wait().expect("the child can be waited for"), true);
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    };
+    let stdout = out.join().expect("the reader of standard output ends");
+    let stderr = err.join().expect("the reader of standard error ends");
+    Finished {
+        success: status.success() && !timed_out,
+        timed_out,
+        stdout,
+        stderr,
+    }
+}
+
+impl Finished {
+    /// What the case printed as `name: numbers`.
+    fn numbers(&self, name: &str) -> Result<Vec<f64>, String> {
+        let line = self
+            .stdout
+            .lines()
+            .find_map(|line| line.strip_prefix(name)?.strip_prefix(": "));
+        let line = line.ok_or_else(|| format!("the case printed no `{name}`: {}", self.report()))?;
+        line.split_whitespace()
+            .map(|word| word.parse().map_err(|_| format!("`{word}` is no number")))
+            .collect()
+    }
+
+    fn report(&self) -> String {
+        let end = if self.timed_out { "timed out" } else { "ended" };
+        format!(
+            "{end}\n--- standard output\n{}--- standard error\n{}",
+            self.stdout, self.stderr
+        )
+    }
+
+    fn must_succeed(self) -> Result<Self, String> {
+        if self.success { Ok(self) } else { Err(self.report()) }
+    }
+}
+
+type Check = (String, Box<dyn Fn() -> Result<(), String>>);
+
+/// Every check of this suite.
+fn checks() -> Vec<Check> {
+    let mut checks: Vec<Check> = Vec::new();
+    let mut add = |name: String, check: Box<dyn Fn() -> Result<(), String>>| checks.push((name, check));
+    for ranks in 1..=3 {
+        for case in [
+            "world",
+            "ghosts",
+            "matrix",
+            "partition",
+            "repeat",
+            "iterative",
+            "failures",
+            "log",
+        ] {
+            let run = move || launch(ranks, case, "").must_succeed().map(drop);
+            add(format!("{case} on {ranks}"), Box::new(run));
+        }
+    }
+    add(
+        "world without mpirun".into(),
+        Box::new(|| launch_alone("world").must_succeed().map(drop)),
+    );
+    for (options, tolerance) in [
+        ("", 1e-12),
+        ("-mat_type aij", 1e-12),
+        ("-snes_linesearch_type l2", 1e-9),
+    ] {
+        let check = move || ranks_agree(options, tolerance);
+        add(format!("poisson agrees on 1, 2 and 3 ranks {options}"), Box::new(check));
+    }
+    for line_search in ["bt", "l2", "cp", "basic"] {
+        let run = move || {
+            launch(2, "domain", &format!("-snes_linesearch_type {line_search}"))
+                .must_succeed()
+                .map(drop)
+        };
+        add(format!("domain error with {line_search} on 2"), Box::new(run));
+    }
+    add("METIS ordering gives PORD's solution".into(), Box::new(orderings_agree));
+    for ranks in 1..=3 {
+        add(
+            format!("panic in a callback on {ranks}"),
+            Box::new(move || panic_ends_the_run(ranks)),
+        );
+    }
+    add(
+        "options".into(),
+        Box::new(|| launch(1, "options", "-ksp_typo 3").must_succeed().map(drop)),
+    );
+    checks
+}
+
+/// The same nonlinear problem, the same numbers.
+fn ranks_agree(options: &str, tolerance: f64) -> Result<(), String> {
+    let reference = launch(1, "poisson", options).must_succeed()?.numbers("solution")?;
+    for ranks in [2, 3] {
+        let other = launch(ranks, "poisson", options).must_succeed()?.numbers("solution")?;
+        compare(&reference, &other, tolerance).map_err(|error| format!("{ranks} ranks: {error}"))?;
+    }
+    Ok(())
+}
+
+/// The ordering changes the work, not the answer; and it is the one that was asked for.
+fn orderings_agree() -> Result<(), String> {
+    let metis = launch(1, "poisson", "").must_succeed()?;
+    let pord = launch(
+        1,
+        "poisson",
+        "-pc_factor_mat_ordering_type external -mat_mumps_icntl_7 4",
+    )
+    .must_succeed()?;
+    for (run, name) in [(&metis, "METIS nested dissection"), (&pord, "PORD")] {
+        if !run.stdout.contains(&format!("ordering: MUMPS lu, {name}")) {
+            return Err(format!("expected {name}: {}", run.report()));
+        }
+    }
+    compare(&metis.numbers("solution")?, &pord.numbers("solution")?, 1e-12)
+}
+
+/// A panic on the last rank ends all of them, with its message and without a trace of PETSc.
+fn panic_ends_the_run(ranks: usize) -> Result<(), String> {
+    let run = launch(ranks, "panic", "");
+    let complaint = if run.timed_out {
+        "it hangs"
+    } else if run.success {
+        "it ends as if nothing had happened"
+    } else if !run.stderr.contains("the material law has a bug") {
+        "the message is lost"
+    } else if run.stderr.contains("PETSC ERROR") {
+        "PETSc prints a trace"
+    } else {
+        return Ok(());
+    };
+    Err(format!("{complaint}: {}", run.report()))
+}
+
+fn compare(left: &[f64], right: &[f64], tolerance: f64) -> Result<(), String> {
+    if left.len() != right.len() || left.is_empty() {
+        return Err(format!("{} and {} numbers", left.len(), right.len()));
+    }
+    let largest = left.iter().zip(right).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    if largest <= tolerance {
+        Ok(())
+    } else {
+        Err(format!("differ by {largest:e}, allowed {tolerance:e}"))
+    }
+}
+
+/// Runs all checks, or those whose name contains an argument.
+pub fn run() -> ExitCode {
+    let wanted: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
+    let (mut passed, mut failed) = (0, 0);
+    for (name, check) in checks() {
+        if !wanted.is_empty() && !wanted.iter().any(|word| name.contains(word.as_str())) {
+            continue;
+        }
+        match check() {
+            Ok(()) => {
+                passed += 1;
+                println!("{name}: passed");
+            }
+            Err(error) => {
+                failed += 1;
+                println!("{name}: FAILED\n{error}");
+            }
+        }
+    }
+    println!("{passed} passed, {failed} failed");
+    if failed == 0 && passed > 0 {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    }
+}
