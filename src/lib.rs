@@ -8,6 +8,7 @@ pub mod continuum;
 pub mod error;
 pub mod grid;
 pub mod material;
+pub mod output;
 pub mod parallel;
 #[allow(unsafe_code)]
 pub mod petsc;

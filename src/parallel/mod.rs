@@ -173,7 +173,7 @@ impl World {
         let mut receive_counts = vec![0_i32; self.size()];
         self.communicator()
             .all_to_all_into(&send_counts[..], &mut receive_counts[..]);
-        let send = outgoing.concat();
+        let send = with_address(&outgoing.concat());
         let total: usize = receive_counts.iter().map(|&n| n as usize).sum();
         let mut received = vec![T::default(); total];
         let (send_starts, receive_starts) = (starts(&send_counts), starts(&receive_counts));
@@ -190,6 +190,7 @@ impl World {
     /// If the total exceeds what MPI counts in an `i32`.
     pub fn gather<T: Equivalence + Copy + Default>(&self, values: &[T]) -> Option<Vec<Vec<T>>> {
         let counts = self.all_gather(count(values.len()));
+        let values = &with_address(values)[..];
         let root = self.communicator().process_at_rank(ROOT as i32);
         if !self.is_root() {
             root.gather_varcount_into(values);
@@ -232,6 +233,14 @@ impl World {
         let bytes = self.broadcast(text.as_bytes());
         String::from_utf8(bytes).expect("bytes of a text of the root are UTF-8")
     }
+}
+
+/// A copy that MPI can send even if it is empty: the address that Rust gives an empty list of bytes is 1, which Open MPI
+/// takes for `MPI_IN_PLACE`.
+fn with_address<T: Copy>(values: &[T]) -> Vec<T> {
+    let mut copy = Vec::with_capacity(values.len().max(1));
+    copy.extend_from_slice(values);
+    copy
 }
 
 /// A length as MPI counts it.

@@ -58,6 +58,14 @@ fn communication(world: &World) {
         .map(|from| vec![(10 * from + rank) as f64; rank + from])
         .collect();
     assert_eq!(incoming, expected);
+    // Bytes from the last rank alone: most lists are empty.
+    let last = size - 1;
+    let bytes = if rank == last { b"last".to_vec() } else { Vec::new() };
+    assert_eq!(world.exchange(&vec![bytes.clone(); size])[last], b"last");
+    assert_eq!(
+        world.gather(&bytes).map(|all| all.concat()),
+        (rank == 0).then(|| b"last".to_vec())
+    );
     let gathered = world.gather(&vec![rank as u64; rank]);
     let everything: Vec<Vec<u64>> = (0..size).map(|rank| vec![rank as u64; rank]).collect();
     assert_eq!(gathered, (rank == 0).then_some(everything));

@@ -1,0 +1,51 @@
+#!/usr/bin/env bash
+# Holds the modules of src to the table of what each may use, and "unsafe" to src/petsc.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+# module: modules it may use. Errors, problems and the clock depend on nothing that could turn the order around.
+table="
+problem:
+clock:
+parallel:
+error:      problem
+continuum:
+material:   continuum problem
+grid:       parallel problem error
+points:     continuum grid parallel problem error
+condition:  grid points parallel problem error
+assembly:   continuum material grid points condition parallel clock error
+petsc:      parallel clock error
+solve:      assembly points condition petsc parallel clock error
+output:     parallel clock error
+scene:      grid material condition
+config:     scene grid material condition problem error
+report:     error
+app:        assembly clock condition config continuum error grid material output parallel petsc points problem report scene solve
+main:       app assembly clock condition config continuum error grid material output parallel petsc points problem report scene solve
+lib:        app assembly clock condition config continuum error grid material output parallel petsc points problem report scene solve
+"
+failed=0
+complain() {
+    echo "check_layers: $*" >&2
+    failed=1
+}
+
+for path in src/*; do
+    module="$(basename "$path" .rs)"
+    if ! row="$(grep -E "^$module:" <<<"$table")"; then
+        complain "$path has no row in the table"
+        continue
+    fi
+    if grep -rn 'crate::{' "$path"; then
+        complain "$path: write one line per module, so that this check sees it"
+    fi
+    while read -r used; do
+        [[ " $module ${row#*:} " == *" $used "* ]] || complain "$path may not use $used: $(grep -rnl "crate::$used" "$path" | tr '\n' ' ')"
+    done < <(grep -rhoE '\bcrate::[a-z_]+' "$path" | sed 's/.*:://' | sort -u)
+done
+
+if grep -rnE '\bunsafe\b *(\{|fn|impl|extern)' src --include='*.rs' | grep -v '^src/petsc/'; then
+    complain "unsafe code belongs in src/petsc"
+fi
+exit "$failed"

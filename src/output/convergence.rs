@@ -1,0 +1,78 @@
+//! `convergence.csv`: one row per Newton iteration, of failed attempts too.
+
+use std::path::Path;
+
+use super::table::{Table, push_number};
+use crate::error::Error;
+
+/// Residuals after a Newton iteration; iteration 0 is the state before the first one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IterationRecord {
+    /// Relative residual of forces and couples [-].
+    pub force_residual: f64,
+    /// Work of the residual on the correction [J].
+    pub energy_residual: f64,
+}
+
+/// Writer of `convergence.csv`; held by one rank.
+#[derive(Debug)]
+pub struct Convergence {
+    table: Table,
+}
+
+impl Convergence {
+    /// Starts the file.
+    pub fn create(path: &Path) -> Result<Self, Error> {
+        let columns = [
+            "step",
+            "attempt",
+            "iteration",
+            "force_residual",
+            "energy_residual",
+            "accepted",
+        ];
+        Ok(Convergence {
+            table: Table::create(path, &columns)?,
+        })
+    }
+
+    /// Adds the iterations of an attempt at a step, from iteration 0; they are in the file when this returns.
+    /// `attempt` counts from 1 within a step. `accepted` (`true` or `false` in the file) says how the attempt ended.
+    pub fn record(
+        &mut self,
+        step: usize,
+        attempt: usize,
+        iterations: &[IterationRecord],
+        accepted: bool,
+    ) -> Result<(), Error> {
+        let mut rows = String::new();
+        for (iteration, record) in iterations.iter().enumerate() {
+            rows.push_str(&format!("{step},{attempt},{iteration}"));
+            push_number(&mut rows, record.force_residual);
+            push_number(&mut rows, record.energy_residual);
+            rows.push_str(&format!(",{accepted}\n"));
+        }
+        self.table.write(&rows)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::output::folder::tests::scratch;
+
+    #[test]
+    fn failed_attempts_are_kept_and_marked() {
+        let path = scratch("convergence").join("convergence.csv");
+        let mut convergence = Convergence::create(&path).unwrap();
+        let record = |force_residual| IterationRecord {
+            force_residual,
+            energy_residual: force_residual * 1e-3,
+        };
+        convergence.record(1, 1, &[record(1.0)], false).unwrap();
+        convergence.record(1, 2, &[record(0.5), record(1e-10)], true).unwrap();
+        let expected = "step,attempt,iteration,force_residual,energy_residual,accepted\n\
+                        1,1,0,1.0,0.001,false\n1,2,0,0.5,0.0005,true\n1,2,1,1e-10,1e-13,true\n";
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), expected);
+    }
+}
