@@ -16,7 +16,7 @@ const FUNCTIONS: &[&str] = &[
     "Vec(GetArray|RestoreArray|GetArrayRead|RestoreArrayRead)",
     "Mat(Create|SetSizes|SetBlockSize|SetType|GetType|SetFromOptions|SetOption|Destroy|XAIJSetPreallocation)",
     "Mat(ZeroEntries|SetValues|SetValuesBlocked|AssemblyBegin|AssemblyEnd|GetInfo|Mult|Norm|Transpose|AXPY|Convert)",
-    "Mat(GetBlockSize|GetRowIJ|RestoreRowIJ|OrderingRegister|CreateMPIAdj|MumpsGetInfog)",
+    "Mat(GetBlockSize|GetRowIJ|RestoreRowIJ|OrderingRegister|HeaderReplace|CreateMPIAdj|MumpsGetInfog)",
     "Mat(SetNearNullSpace|NullSpaceCreate|NullSpaceDestroy)",
     "MatPartitioning(Create|SetAdjacency|SetVertexWeights|SetNParts|SetType|SetFromOptions|Apply|Destroy)",
     "IS(CreateGeneral|Destroy|GetIndices|RestoreIndices|SetPermutation)",

@@ -8,7 +8,7 @@ use petsc_sys as sys;
 use sys::PetscInt;
 
 use super::error::{PetscError, check};
-use super::matrix::BlockMatrix;
+use super::matrix::{BlockMatrix, ScalarCopy};
 use super::nonlinear::{Evaluate, Iteration, Nonlinear, Verdict};
 use super::vector::{GhostVector, norm, with_values, with_values_mut};
 use crate::parallel::World;
@@ -18,6 +18,8 @@ pub(super) struct Evaluation<'a> {
     pub(super) problem: &'a mut dyn Nonlinear,
     pub(super) world: &'a World,
     pub(super) matrix: &'a mut BlockMatrix,
+    /// What the preconditioner is made from, where it is not the matrix itself.
+    pub(super) copy: Option<&'a mut ScalarCopy>,
     /// Unknowns at the point evaluated last.
     pub(super) unknowns: &'a mut GhostVector,
     pub(super) residual: &'a mut GhostVector,
@@ -112,6 +114,9 @@ impl Evaluation<'_> {
         let answer = self.problem.jacobian(self.unknowns.local(), self.matrix);
         let domain = self.agree(answer)?;
         self.matrix.assemble()?;
+        if let Some(copy) = &mut self.copy {
+            copy.refill(self.matrix)?;
+        }
         if operator != self.matrix.handle {
             // SAFETY: by contract. A matrix-free operator takes over the new point when it is assembled.
             unsafe {

@@ -7,7 +7,7 @@ use std::rc::Rc;
 use petsc_sys as sys;
 use sys::PetscInt;
 
-use super::error::{PetscError, check, report_in_drop};
+use super::error::{PetscError, check, report_in_drop, text};
 use super::session::Session;
 use super::vector::{Layout, Vector, index};
 
@@ -91,6 +91,16 @@ impl BlockMatrix {
             ))?;
         }
         Ok(matrix)
+    }
+
+    /// PETSc's name of the storage in use.
+    pub(super) fn storage(&self) -> Result<String, PetscError> {
+        let mut name = null();
+        // SAFETY: the handle and the out-pointer are valid; the name lives in the matrix.
+        unsafe {
+            check(sys::MatGetType(self.handle, &mut name))?;
+            Ok(text(name))
+        }
     }
 
     /// Scalars per node.
@@ -222,6 +232,69 @@ impl BlockMatrix {
             frobenius(difference.handle)?
         };
         Ok(if norm > 0.0 { skew / norm } else { 0.0 })
+    }
+}
+
+/// The entries of a block matrix on one rank in scalar rows, refilled in place: PETSc hands an ordering to MUMPS only
+/// with such a matrix, while assembly is several times faster in blocks.
+pub(super) struct ScalarCopy {
+    pub(super) handle: sys::Mat,
+    filled: bool,
+    _session: Rc<Session>,
+}
+
+impl ScalarCopy {
+    /// A copy of `matrix` to be, without entries yet.
+    pub(super) fn new(matrix: &BlockMatrix) -> Result<Self, PetscError> {
+        let mut copy = ScalarCopy {
+            handle: null_mut(),
+            filled: false,
+            _session: matrix.session.clone(),
+        };
+        let rows = index(matrix.block * matrix.owned)?;
+        // SAFETY: the handle is valid from MatCreate on.
+        unsafe {
+            check(sys::MatCreate(matrix.session.communicator(), &mut copy.handle))?;
+            check(sys::MatSetSizes(copy.handle, rows, rows, rows, rows))?;
+            check(sys::MatSetType(copy.handle, c"seqaij".as_ptr()))?;
+        }
+        Ok(copy)
+    }
+
+    /// Takes the entries over. The pattern must be that of the first time.
+    pub(super) fn refill(&mut self, matrix: &BlockMatrix) -> Result<(), PetscError> {
+        let kind = c"seqaij".as_ptr();
+        // SAFETY: the source is valid and assembled. The first conversion makes a matrix of its own, whose content then
+        // replaces that of the copy, which solvers know by its address.
+        unsafe {
+            if self.filled {
+                return check(sys::MatConvert(
+                    matrix.handle,
+                    kind,
+                    sys::MAT_REUSE_MATRIX,
+                    &mut self.handle,
+                ));
+            }
+            let mut converted = null_mut();
+            check(sys::MatConvert(
+                matrix.handle,
+                kind,
+                sys::MAT_INITIAL_MATRIX,
+                &mut converted,
+            ))?;
+            check(sys::MatHeaderReplace(self.handle, &mut converted))?;
+        }
+        self.filled = true;
+        Ok(())
+    }
+}
+
+impl Drop for ScalarCopy {
+    fn drop(&mut self) {
+        if !std::thread::panicking() {
+            // SAFETY: the handle is valid or null, and not used again.
+            report_in_drop("MatDestroy", unsafe { sys::MatDestroy(&mut self.handle) });
+        }
     }
 }
 

@@ -9,7 +9,7 @@ use petsc_sys as sys;
 
 use super::error::{PetscError, check, forget_message, report_in_drop, text};
 use super::evaluation::{Evaluation, Stop, check_direction, converged, jacobian, residual};
-use super::matrix::BlockMatrix;
+use super::matrix::{BlockMatrix, ScalarCopy};
 use super::nonlinear::{End, Nonlinear, Outcome, SolveError, Verdict};
 use super::ordering;
 use super::session::Session;
@@ -49,6 +49,8 @@ pub struct Newton {
     ksp: sys::KSP,
     pc: sys::PC,
     matrix: BlockMatrix,
+    /// What the factorisation works on, where it is not the matrix itself.
+    copy: Option<ScalarCopy>,
     // What PETSc works on, and the same with ghosts for the problem.
     solution: Vector,
     function: Vector,
@@ -70,6 +72,7 @@ impl Newton {
             ksp: null_mut(),
             pc: null_mut(),
             matrix,
+            copy: None,
             solution: Vector::new(session, layout)?,
             function: Vector::new(session, layout)?,
             unknowns: GhostVector::new(session, layout)?,
@@ -86,6 +89,7 @@ impl Newton {
         newton.set_linear_defaults()?;
         // SAFETY: the handle is valid. This also reads the options of linear solver and preconditioner.
         check(unsafe { sys::SNESSetFromOptions(newton.snes) })?;
+        newton.copy = newton.scalar_copy()?;
         Ok(newton)
     }
 
@@ -127,12 +131,24 @@ impl Newton {
             if sys::PETSC_HAVE_MUMPS != 0 {
                 check(sys::PCFactorSetMatSolverType(self.pc, c"mumps".as_ptr()))?;
             }
-            // On several ranks MUMPS takes no ordering from outside.
-            if self.session.world().size() == 1 {
+            // MUMPS takes an ordering from outside on one rank only; other packages have their own preferences.
+            let package = self.session.option(c"-pc_factor_mat_solver_type")?;
+            if self.session.world().size() == 1 && package.is_none_or(|package| package == "mumps") {
                 check(sys::PCFactorSetMatOrderingType(self.pc, ordering::NAME.as_ptr()))?;
             }
         }
         Ok(())
+    }
+
+    /// A scalar copy where MUMPS would otherwise not see the ordering: one rank, node blocks, an ordering by PETSc.
+    fn scalar_copy(&self) -> Result<Option<ScalarCopy>, PetscError> {
+        let ordering = self.session.option(c"-pc_factor_mat_ordering_type")?;
+        let wanted = self.session.world().size() == 1
+            && self.matrix.storage()? == "seqbaij"
+            && ordering.is_none_or(|name| name != "external")
+            // SAFETY: the preconditioner is valid as long as `self`.
+            && unsafe { ordering::factors_with_mumps(self.pc)? };
+        wanted.then(|| ScalarCopy::new(&self.matrix)).transpose()
     }
 
     /// Takes a new numbering and pattern over; options stay.
@@ -144,6 +160,7 @@ impl Newton {
         self.unknowns = GhostVector::new(&self.session, layout)?;
         self.residual = GhostVector::new(&self.session, layout)?;
         self.matrix = matrix;
+        self.copy = self.scalar_copy()?;
         Ok(())
     }
 
@@ -170,6 +187,7 @@ impl Newton {
             problem,
             world: self.session.world(),
             matrix: &mut self.matrix,
+            copy: self.copy.as_mut(),
             unknowns: &mut self.unknowns,
             residual: &mut self.residual,
             previous: u.to_vec(),
@@ -252,9 +270,13 @@ impl Newton {
     pub fn linear_solve(&mut self, rhs: &[f64], x: &mut [f64]) -> Result<LinearOutcome, PetscError> {
         self.function.set(rhs)?;
         let (mut iterations, matrix) = (0, self.matrix.handle);
+        if let Some(copy) = &mut self.copy {
+            copy.refill(&self.matrix)?;
+        }
+        let factored = self.copy.as_ref().map_or(matrix, |copy| copy.handle);
         // SAFETY: the handles are valid and of one layout; the out-pointer is valid.
         unsafe {
-            check(sys::KSPSetOperators(self.ksp, matrix, matrix))?;
+            check(sys::KSPSetOperators(self.ksp, matrix, factored))?;
             check(sys::KSPSolve(self.ksp, self.function.handle, self.solution.handle))?;
             check(sys::KSPGetIterationNumber(self.ksp, &mut iterations))?;
         }
@@ -299,12 +321,13 @@ unsafe fn run(
     evaluation: &mut Evaluation<'_>,
 ) -> Result<(), PetscError> {
     let matrix = evaluation.matrix.handle;
+    let factored = evaluation.copy.as_ref().map_or(matrix, |copy| copy.handle);
     let context: *mut c_void = std::ptr::from_mut(evaluation).cast();
     // SAFETY: by contract; the callbacks have PETSc's signatures and get the context, which lives until the end of this
     // function. SNES keeps the pointer afterwards, but every solve sets its own before anything is called back.
     unsafe {
         check(sys::SNESSetFunction(snes, function, Some(residual), context))?;
-        check(sys::SNESSetJacobian(snes, matrix, matrix, Some(jacobian), context))?;
+        check(sys::SNESSetJacobian(snes, matrix, factored, Some(jacobian), context))?;
         check(sys::SNESSetConvergenceTest(snes, Some(converged), context, None))?;
         check(sys::SNESSolve(snes, null_mut(), solution))
     }

@@ -52,26 +52,31 @@ unsafe extern "C" fn nested_dissection(
     }
 }
 
-/// The position of each row in the order of elimination.
+/// The position of each row in the order of elimination. For a matrix that is stored in blocks, PETSc wants blocks.
 ///
 /// # Safety
 /// `matrix` is a valid matrix on one rank.
 unsafe fn positions(matrix: sys::Mat) -> Result<Vec<PetscInt>, PetscError> {
-    let mut block = 1;
-    // SAFETY: the handle and the out-pointer are valid.
-    check(unsafe { sys::MatGetBlockSize(matrix, &mut block) })?;
+    let (mut block, mut kind) = (1, null());
+    // SAFETY: the handle and the out-pointers are valid; the name lives in the matrix.
+    let blocked = unsafe {
+        check(sys::MatGetBlockSize(matrix, &mut block))?;
+        check(sys::MatGetType(matrix, &mut kind))?;
+        text(kind).contains("baij")
+    };
+    let block = block as usize;
     // SAFETY: by contract.
-    let (rows, graph) = unsafe { node_graph(matrix, block as usize)? };
+    let graph = unsafe { node_graph(matrix, block)? };
     let nodes = graph.starts.len() - 1;
-    let node_positions = if nodes < SMALLEST {
+    let positions = if nodes < SMALLEST {
         (0..nodes).collect()
     } else {
         graph.dissect()?
     };
-    // Rows of a node stay together; where PETSc orders whole blocks there is one row a node.
-    let per_node = rows / nodes.max(1);
-    (0..rows)
-        .map(|row| index(node_positions[row / per_node] * per_node + row % per_node))
+    let rows = if blocked { 1 } else { block };
+    positions
+        .into_iter()
+        .flat_map(|position| (0..rows).map(move |row| index(position * rows + row)))
         .collect()
 }
 
@@ -82,7 +87,7 @@ struct NodeGraph {
 }
 
 impl NodeGraph {
-    /// The position of each node in METIS's order of elimination. (MUMPS is given positions by PETSC: METIS's `iperm`.)
+    /// The position of each node in METIS's order of elimination. (PETSc hands positions to MUMPS: METIS's `iperm`.)
     fn dissect(mut self) -> Result<Vec<usize>, PetscError> {
         let mut nodes = (self.starts.len() - 1) as idx_t;
         let mut options: [idx_t; sys::METIS_NOPTIONS as usize] = [0; sys::METIS_NOPTIONS as usize];
@@ -110,14 +115,14 @@ impl NodeGraph {
     }
 }
 
-/// Number of rows that PETSc wants ordered, and the graph of their nodes.
+/// The graph of the nodes of a matrix, each of `block` rows.
 ///
 /// # Safety
 /// `matrix` is a valid matrix on one rank.
-unsafe fn node_graph(matrix: sys::Mat, block: usize) -> Result<(usize, NodeGraph), PetscError> {
+unsafe fn node_graph(matrix: sys::Mat, block: usize) -> Result<NodeGraph, PetscError> {
     let (mut rows, mut starts, mut columns, mut done) = (0, null(), null(), sys::PETSC_FALSE);
-    // The inode-compressed (here: block-compressed) form is the one whose ordering PETSc expands by itself.
-    let (symmetric, compressed) = (sys::PETSC_TRUE, sys::PETSC_TRUE);
+    // The pattern of A + Aᵀ, row by row: PETSc's own compression joins equal rows, which need not be nodes.
+    let (symmetric, compressed) = (sys::PETSC_TRUE, sys::PETSC_FALSE);
     // SAFETY: the handle and the out-pointers are valid; the lists are read only before they are given back, whose
     // call also clears the count.
     unsafe {
@@ -137,16 +142,14 @@ unsafe fn node_graph(matrix: sys::Mat, block: usize) -> Result<(usize, NodeGraph
                 "this matrix type gives no access to its pattern",
             ));
         }
-        let count = rows as usize;
-        let starts_of_rows = std::slice::from_raw_parts(starts, count + 1);
-        let length = starts_of_rows[count] as usize;
-        let columns_of_rows = if length == 0 {
+        let row_starts = std::slice::from_raw_parts(starts, rows as usize + 1);
+        let length = row_starts[rows as usize] as usize;
+        let row_columns = if length == 0 {
             &[]
         } else {
             std::slice::from_raw_parts(columns, length)
         };
-        let per_node = if count % block == 0 { block } else { 1 };
-        let graph = compress(starts_of_rows, columns_of_rows, per_node);
+        let graph = compress(row_starts, row_columns, block);
         check(sys::MatRestoreRowIJ(
             matrix,
             0,
@@ -157,7 +160,7 @@ unsafe fn node_graph(matrix: sys::Mat, block: usize) -> Result<(usize, NodeGraph
             &mut columns,
             &mut done,
         ))?;
-        Ok((count, graph?))
+        graph
     }
 }
 
@@ -213,24 +216,46 @@ unsafe fn permutation(communicator: sys::MPI_Comm, positions: &[PetscInt]) -> Re
     Ok(set)
 }
 
-/// The factorisation package of this preconditioner and the ordering that it used last, in words.
+/// Type of a preconditioner, and the package that factorises for it if it is a factorisation.
 ///
 /// # Safety
-/// `pc` is a valid preconditioner.
-pub(super) unsafe fn used(pc: sys::PC, session: &Session) -> Result<String, PetscError> {
-    let ordering = session
-        .option(c"-pc_factor_mat_ordering_type")?
-        .unwrap_or_else(|| NAME.to_string_lossy().into_owned());
+/// `pc` is a valid preconditioner with its type set.
+unsafe fn factorisation(pc: sys::PC) -> Result<(String, Option<String>), PetscError> {
     let (mut kind, mut package) = (null::<c_char>(), null::<c_char>());
     // SAFETY: the handle and the out-pointers are valid; the names live in the preconditioner.
-    let (kind, package) = unsafe {
+    unsafe {
         check(sys::PCGetType(pc, &mut kind))?;
         let kind = text(kind);
         if kind != "lu" && kind != "cholesky" {
-            return Ok(format!("{kind}, no factorisation"));
+            return Ok((kind, None));
         }
         check(sys::PCFactorGetMatSolverType(pc, &mut package))?;
-        (kind, text(package))
+        Ok((kind, Some(text(package))))
+    }
+}
+
+/// Whether this preconditioner is a factorisation by MUMPS.
+///
+/// # Safety
+/// `pc` is a valid preconditioner with its type set.
+pub(super) unsafe fn factors_with_mumps(pc: sys::PC) -> Result<bool, PetscError> {
+    // SAFETY: by contract.
+    Ok(unsafe { factorisation(pc)? }
+        .1
+        .is_some_and(|package| package == "mumps"))
+}
+
+/// The factorisation package of this preconditioner and the ordering that it used last, in words.
+///
+/// # Safety
+/// `pc` is a valid preconditioner with its type set.
+pub(super) unsafe fn used(pc: sys::PC, session: &Session) -> Result<String, PetscError> {
+    let ordering = session.option(c"-pc_factor_mat_ordering_type")?;
+    let ordering = ordering.unwrap_or_else(|| NAME.to_string_lossy().into_owned());
+    // SAFETY: by contract.
+    let (kind, package) = match unsafe { factorisation(pc)? } {
+        (kind, Some(package)) => (kind, package),
+        (kind, None) => return Ok(format!("{kind}, no factorisation")),
     };
     if package != "mumps" {
         return Ok(format!("{package} {kind}, {ordering}"));

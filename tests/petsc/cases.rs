@@ -24,7 +24,7 @@ pub fn run(name: &str, options: &[String]) -> ExitCode {
         "matrix" => matrix(&session),
         "poisson" => poisson(&session),
         "repeat" => repeat(&session),
-        "domain" => domain(&session),
+        "domain" => domain(&session, options),
         "failures" => failures(&session),
         "panic" => panic(&session),
         "iterative" => iterative(&session),
@@ -170,7 +170,7 @@ fn solver(session: &Rc<Session>, lattice: &Lattice) -> Newton {
 
 /// Newton converges quadratically: each of the last residuals is bounded by the square of the one before.
 fn assert_quadratic(norms: &[f64]) {
-    let fast = norms.windows(2).filter(|pair| pair[0] < 1.0 && pair[1] > 1e-10);
+    let fast = norms.windows(2).filter(|pair| pair[0] < 10.0 && pair[1] > 1e-10);
     assert!(fast.clone().count() >= 1, "{norms:?}");
     for pair in fast {
         assert!(pair[1] <= 0.1 * pair[0] * pair[0], "{norms:?}");
@@ -238,28 +238,32 @@ fn repeat(session: &Rc<Session>) {
 }
 
 /// The full Newton step leaves the domain on one rank only. Whatever the line search does, all ranks end alike.
-fn domain(session: &Rc<Session>) {
+fn domain(session: &Rc<Session>, options: &[String]) {
     let lattice = Lattice::new(session.world(), 12);
     let mut newton = solver(session, &lattice);
     let mut problem = Poisson::new(lattice.clone());
-    // The solution stays below 3.6; the first Newton step overshoots to about 8.
+    // The solution stays below the cube root of the largest load, 7.2; the first Newton step overshoots to about 20.
     problem.load = 120.0;
     problem.ceiling = if session.world().rank() == 0 {
-        6.5
+        7.5
     } else {
         f64::INFINITY
     };
     let mut u = vec![0.0; BLOCK * lattice.owned];
     let outcome = newton.solve(&mut problem, &mut u).expect("no error");
-    assert_ne!(outcome.end, End::NotConverged, "{outcome:?}");
-    if outcome.end == End::OutOfDomain {
-        assert!(
-            u.iter().all(|&value| value == 0.0),
-            "a failed solve leaves the unknowns alone"
-        );
-    }
-    let bt = session.world().broadcast_text(&outcome.reason);
-    assert_eq!(bt, outcome.reason);
+    // Backtracking shortens the step; the others give up, and the load step must be cut.
+    let shortens = options.iter().any(|word| word == "bt" || word == "l2");
+    assert_eq!(
+        outcome.end,
+        if shortens { End::Converged } else { End::OutOfDomain },
+        "{outcome:?}"
+    );
+    assert_eq!(
+        outcome.end == End::OutOfDomain,
+        u.iter().all(|&value| value == 0.0),
+        "a failed solve changes nothing"
+    );
+    assert_eq!(session.world().broadcast_text(&outcome.reason), outcome.reason);
     // Out of the domain from the start.
     problem.ceiling = -1.0;
     problem.norms.clear();
