@@ -1,1 +1,66 @@
-fn main() {}
+//! The program: arguments, MPI, read, check, run, exit code.
+
+use mpm_petsc::app::{self, Task};
+use mpm_petsc::clock::Clock;
+use mpm_petsc::config::arguments::{Command, Exit, parse};
+use mpm_petsc::config::{Input, Source};
+use mpm_petsc::error::Error;
+use mpm_petsc::parallel::World;
+use mpm_petsc::scene::Scene;
+use std::process::exit;
+use std::rc::Rc;
+
+fn main() {
+    let clock = Rc::new(Clock::start());
+    let Some(world) = World::start() else {
+        eprintln!("error: MPI cannot be started");
+        exit(1);
+    };
+    let code = match parse(std::env::args_os()) {
+        Ok(command) => perform(&world, command, &clock),
+        Err(Exit { message, code }) => {
+            match (world.is_root(), code) {
+                (false, _) => {}
+                (true, 0) => print!("{message}"),
+                (true, _) => eprint!("{message}"),
+            }
+            code
+        }
+    };
+    drop(world);
+    exit(code);
+}
+
+/// Collective. Does what the user asks; the exit code is the same on every rank.
+fn perform(world: &World, command: Command, clock: &Rc<Clock>) -> i32 {
+    let outcome = match command {
+        Command::Version => app::print_versions(world),
+        Command::Run(run) => read(world, &run.config, &run.overrides()).and_then(|(mut scene, source)| {
+            scene.solver.petsc_options.extend(run.petsc_options);
+            app::execute(world, &scene, &source, Task::Run { quiet: run.quiet }, clock)
+        }),
+        Command::Check(check) => read(world, &check.config, &check.set)
+            .and_then(|(scene, source)| app::execute(world, &scene, &source, Task::Check, clock)),
+    };
+    match outcome {
+        Ok(()) => 0,
+        Err(error) => {
+            if world.is_root() {
+                eprintln!("{}", prefixed(&error));
+            }
+            error.exit_code()
+        }
+    }
+}
+
+/// Every message on a line of its own, marked as an error.
+fn prefixed(error: &Error) -> String {
+    error.to_string().lines().map(|line| format!("error: {line}")).collect::<Vec<_>>().join("\n")
+}
+
+/// Collective. The root reads the configuration; every rank makes the same scene of it.
+fn read(world: &World, file: &str, overrides: &[String]) -> Result<(Scene, Source), Error> {
+    let text = if world.is_root() { app::encode_input(Input::from_disk(file, overrides)) } else { String::new() };
+    let input = app::decode_input(&world.broadcast_text(&text))?;
+    input.scene().map_err(Error::Configuration)
+}

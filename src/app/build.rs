@@ -2,7 +2,7 @@
 
 use super::Laws;
 use super::columns::Column;
-use crate::condition::load::DeadLoad;
+use crate::condition::load::{Amount, DeadLoad};
 use crate::config::Source;
 use crate::continuum::Fields;
 use crate::error::Error;
@@ -134,7 +134,7 @@ fn select<C: Fields<D, N>, const D: usize, const N: usize>(
             }
             _ => None,
         };
-        columns.push(Column { name: column.name.clone(), quantity: column.quantity.clone(), bit });
+        columns.push(Column { entry: column.clone(), bit });
     }
     columns
 }
@@ -146,23 +146,27 @@ fn selection_of(load: &Load) -> Option<&Selection> {
     }
 }
 
-/// What a load gives to each point, in the order of the unknowns: translations first, then rotations.
+/// What a load gives to each of `count` points.
 fn dead_load(load: &Load, bit: Option<usize>, count: u64, is_translation: &[bool], dimension: usize) -> DeadLoad {
-    let (total, on_translations, per_volume) = match &load.kind {
-        LoadKind::SpecificWeight(weight) => (weight, true, true),
-        LoadKind::Force { total, .. } => (total, true, false),
-        LoadKind::Couple { total, .. } => (total, false, false),
-    };
-    let mut amount = vec![0.0; is_translation.len()];
-    // In the plane the only rotation is the one about the third axis.
-    let mut component = if on_translations || dimension == 3 { 0 } else { 2 };
-    for (amount, &translation) in amount.iter_mut().zip(is_translation) {
-        if translation == on_translations {
-            *amount = total[component] / count as f64;
-            component += 1;
+    let spread = |vector: &[f64; 3], translations| by_unknown(vector, translations, is_translation, dimension);
+    let share = |total: &[f64; 3]| total.map(|total| total / count as f64);
+    let amount = match &load.kind {
+        LoadKind::SpecificWeight(weights) => {
+            Amount::PerVolume(weights.iter().map(|weight| spread(weight, true)).collect())
         }
-    }
-    DeadLoad { stage: load.stage, amount, per_volume, bit }
+        LoadKind::Force { total, .. } => Amount::PerPoint(spread(&share(total), true)),
+        LoadKind::Couple { total, .. } => Amount::PerPoint(spread(&share(total), false)),
+    };
+    DeadLoad { stage: load.stage, amount, bit }
+}
+
+/// Components of a vector on the translations or rotations of a node; in the plane the only rotation is about the third
+/// axis.
+fn by_unknown(vector: &[f64; 3], translations: bool, is_translation: &[bool], dimension: usize) -> Vec<f64> {
+    let first = if translations || dimension == 3 { 0 } else { 2 };
+    let mut components = vector[first..].iter();
+    let pick = |&translation: &bool| if translation == translations { components.next().copied() } else { None };
+    is_translation.iter().map(pick).map(Option::unwrap_or_default).collect()
 }
 
 /// Places the points on the grid for the first time.

@@ -3,56 +3,27 @@
 use crate::condition::Time;
 use crate::continuum::{Fields, Observation};
 use crate::parallel::World;
-use crate::scene::{HistoryQuantity, PointField, Reduction, Scene};
+use crate::scene::{HistoryColumn, HistoryQuantity, Kinematics, PointField, Reduction, Scene};
 use crate::solve::model::Model;
 use super::snapshot::{chi_of, mean_stress, von_mises};
 use nalgebra::Matrix3;
 
-/// A column, or one a component, of `history.csv`.
+/// An entry of `output.history`, one or more columns.
 pub struct Column {
-    pub name: String,
-    pub quantity: HistoryQuantity,
+    pub entry: HistoryColumn,
     /// Mark of the selected points; all points without.
     pub bit: Option<usize>,
 }
 
-const AXES: [&str; 3] = ["x", "y", "z"];
-
-/// Components of a tensor that exist in plane strain: stress, and couple-stress or wryness.
-const PLANE_STRESS: [(usize, usize); 5] = [(0, 0), (0, 1), (1, 0), (1, 1), (2, 2)];
-const PLANE_COUPLE: [(usize, usize); 4] = [(2, 0), (2, 1), (0, 2), (1, 2)];
-
-/// Which components of a field there are: suffix of the column and place in a 3 x 3 array of values.
-fn components(field: PointField, dimension: usize) -> Vec<(String, usize)> {
-    let tensor = |plane: &[(usize, usize)]| {
-        let all: Vec<_> = (0..9).map(|k| (k / 3, k % 3)).collect();
-        let chosen = if dimension == 2 { plane } else { &all[..] };
-        chosen.iter().map(|&(i, j)| (format!("_{}{}", AXES[i], AXES[j]), 3 * i + j)).collect()
-    };
-    match field {
-        PointField::Displacement | PointField::Position => {
-            (0..dimension).map(|k| (format!("_{}", AXES[k]), k)).collect()
-        }
-        // In plane strain there is one rotation, about z.
-        PointField::Rotation if dimension == 2 => vec![(String::new(), 2)],
-        PointField::Rotation => (0..3).map(|k| (format!("_{}", AXES[k]), k)).collect(),
-        PointField::Stress => tensor(&PLANE_STRESS),
-        PointField::CoupleStress | PointField::Wryness => tensor(&PLANE_COUPLE),
-        _ => vec![(String::new(), 0)],
-    }
+/// Where the components of a field stand among the numbers of [`value_of`].
+fn places(field: PointField, kinematics: Kinematics) -> std::ops::Range<usize> {
+    let count = field.components(kinematics).len();
+    // In plane strain there is one rotation, about the third axis.
+    let first = if field == PointField::Rotation && count == 1 { 2 } else { 0 };
+    first..first + count
 }
 
 impl Column {
-    /// Names of the columns.
-    pub fn names(&self, dimension: usize) -> Vec<String> {
-        match &self.quantity {
-            HistoryQuantity::Points { field, .. } => {
-                components(*field, dimension).into_iter().map(|(suffix, _)| format!("{}{suffix}", self.name)).collect()
-            }
-            _ => vec![self.name.clone()],
-        }
-    }
-
     /// Collective. Values of the columns, in the order of the names.
     pub fn values<C: Fields<D, N>, const D: usize, const N: usize>(
         &self,
@@ -62,7 +33,7 @@ impl Column {
         time: Time,
         reactions: &[[f64; N]],
     ) -> Vec<f64> {
-        match &self.quantity {
+        match &self.entry.quantity {
             HistoryQuantity::Reaction { boundary, component } => vec![reactions[*boundary][*component]],
             HistoryQuantity::BoundaryMotion { boundary, component } => {
                 let boundary = &scene.boundaries[*boundary];
@@ -71,8 +42,7 @@ impl Column {
             }
             HistoryQuantity::LoadFactor { load } => vec![time.ramp(scene.loads[*load].stage)],
             HistoryQuantity::Points { reduction, field, .. } => {
-                let places: Vec<usize> = components(*field, D).into_iter().map(|(_, place)| place).collect();
-                self.reduce(world, model, *reduction, *field, &places)
+                self.reduce(world, model, *reduction, *field, places(*field, scene.kinematics))
             }
         }
     }
@@ -83,7 +53,7 @@ impl Column {
         model: &Model<C, D, N>,
         reduction: Reduction,
         field: PointField,
-        places: &[usize],
+        places: std::ops::Range<usize>,
     ) -> Vec<f64> {
         let start = match reduction {
             Reduction::Maximum => f64::NEG_INFINITY,
@@ -98,7 +68,7 @@ impl Column {
             }
             count += 1;
             let value = value_of(model, field, p);
-            for (result, &place) in results.iter_mut().zip(places) {
+            for (result, place) in results.iter_mut().zip(places.clone()) {
                 *result = match reduction {
                     Reduction::Maximum => result.max(value[place]),
                     Reduction::Minimum => result.min(value[place]),

@@ -87,10 +87,7 @@ pub fn summarise<C: Fields<D, N>, const D: usize, const N: usize>(
         peak_memory_mb,
         partitioner: if world.size() > 1 { analysis.partitioner().to_string() } else { "none".into() },
         ordering: analysis.ordering()?,
-        solver: analysis.linear_solver()?,
-        residuals: BTreeMap::new(),
         versions,
-        errors: BTreeMap::new(),
     })
 }
 

@@ -7,13 +7,14 @@ mod recorder;
 mod snapshot;
 
 use crate::clock::Clock;
-use crate::config::Source;
+use crate::config::{Input, Source};
 use crate::continuum::micropolar::Micropolar;
 use crate::continuum::{Continuum, Fields};
 use crate::error::Error;
 use crate::material::{Components, Material, micropolar_law, spec::MaterialSpec};
 use crate::output::progress::{Mode, Progress};
 use crate::parallel::World;
+use crate::problem::Problem;
 use crate::petsc::{Partitioner, Session};
 use crate::scene::{ContinuumKind, Kinematics, PartitionerKind, Scene};
 use crate::solve::step::Analysis;
@@ -52,6 +53,31 @@ pub fn execute(world: &World, scene: &Scene, source: &Source, task: Task, clock:
             perform::<Micropolar, 3, 6>(world, scene, source, task, clock)
         }
     }
+}
+
+/// Collective. Prints the versions of program and libraries.
+pub fn print_versions(world: &World) -> Result<(), Error> {
+    let session = Session::start(world, &[])?;
+    if world.is_root() {
+        println!("mpm-petsc {} ({})", crate::version::PROGRAM, crate::version::COMMIT);
+        facts::versions(session.version()).iter().for_each(|(name, version)| println!("{name} {version}"));
+    }
+    Ok(())
+}
+
+/// What the root read, as text for the other ranks.
+pub fn encode_input(input: Result<Input, Vec<Problem>>) -> String {
+    serde_json::to_string(&input).expect("texts and numbers can be written")
+}
+
+/// What the root read.
+///
+/// # Errors
+/// What was wrong with the file.
+pub fn decode_input(text: &str) -> Result<Input, Error> {
+    let input: Result<Input, Vec<Problem>> =
+        serde_json::from_str(text).map_err(|error| Error::System(format!("broadcast of the configuration: {error}")))?;
+    input.map_err(Error::Configuration)
 }
 
 fn perform<C: Fields<D, N> + Laws, const D: usize, const N: usize>(

@@ -156,7 +156,7 @@ impl<'a> Recorder<'a> {
 
 fn create_files(scene: &Scene, columns: &[Column]) -> Result<RootFiles, Error> {
     let folder = ResultFolder::create(&scene.output.directory, &scene.output.resolved)?;
-    let names: Vec<String> = columns.iter().flat_map(|column| column.names(scene.kinematics.dimension())).collect();
+    let names: Vec<String> = columns.iter().flat_map(|column| column.entry.column_names(scene.kinematics)).collect();
     Ok(RootFiles {
         history: History::create(&folder.file("history.csv"), &names)?,
         convergence: Convergence::create(&folder.file("convergence.csv"))?,

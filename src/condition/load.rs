@@ -5,13 +5,20 @@ use crate::continuum::Continuum;
 use crate::points::Points;
 use crate::points::search::Batches;
 
-/// What a load gives to each of its points, by unknown: force and couple components in the order of the fields.
+/// What a load gives to each of its points at full load, by unknown in the order of the fields.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Amount {
+    /// Per unit reference volume, for each material.
+    PerVolume(Vec<Vec<f64>>),
+    PerPoint(Vec<f64>),
+}
+
+/// A load whose direction and size do not depend on the motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeadLoad {
+    /// Stage over which it ramps.
     pub stage: usize,
-    /// Given to a point at full load: per unit reference volume where `per_volume`, else per point.
-    pub amount: Vec<f64>,
-    pub per_volume: bool,
+    pub amount: Amount,
     /// Bit of the selection that the load acts on; all points without.
     pub bit: Option<usize>,
 }
@@ -27,7 +34,6 @@ pub fn add_external_forces<'a, C: Continuum, const D: usize>(
 ) {
     for load in loads {
         let factor = time.ramp(load.stage);
-        let unknowns = load.amount.len();
         if factor == 0.0 {
             continue;
         }
