@@ -1,9 +1,11 @@
 //! Implicit, quasi-static, geometrically exact micropolar (Cosserat) material point method on MPI and PETSc.
 #![deny(unsafe_code)]
 
+pub mod app;
 pub mod assembly;
 pub mod clock;
 pub mod condition;
+pub mod config;
 pub mod continuum;
 pub mod error;
 pub mod grid;
@@ -16,3 +18,4 @@ pub mod points;
 pub mod problem;
 pub mod scene;
 pub mod solve;
+pub mod version;

@@ -55,12 +55,21 @@ fn perform(world: &World, command: Command, clock: &Rc<Clock>) -> i32 {
 
 /// Every message on a line of its own, marked as an error.
 fn prefixed(error: &Error) -> String {
-    error.to_string().lines().map(|line| format!("error: {line}")).collect::<Vec<_>>().join("\n")
+    error
+        .to_string()
+        .lines()
+        .map(|line| format!("error: {line}"))
+        .collect::<Vec<_>>()
+        .join("\n")
 }
 
 /// Collective. The root reads the configuration; every rank makes the same scene of it.
 fn read(world: &World, file: &str, overrides: &[String]) -> Result<(Scene, Source), Error> {
-    let text = if world.is_root() { app::encode_input(Input::from_disk(file, overrides)) } else { String::new() };
+    let text = if world.is_root() {
+        app::encode_input(Input::from_disk(file, overrides))
+    } else {
+        String::new()
+    };
     let input = app::decode_input(&world.broadcast_text(&text))?;
     input.scene().map_err(Error::Configuration)
 }

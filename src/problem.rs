@@ -1,9 +1,10 @@
 //! What is wrong in a configuration, and where.
 
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// One thing that is wrong in a file or on the command line.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Problem {
     /// File as the user named it; empty for the command line.
     pub file: String,

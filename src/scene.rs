@@ -6,6 +6,9 @@ use crate::grid::region::Shape;
 use crate::material::spec::MaterialSpec;
 
 /// Everything that a run needs to know, checked.
+///
+/// Bodies, regions, boundaries, loads, stages and history columns have the order and number of the entries of the file, so
+/// that `boundaries[2]` is `boundary[2]` for `config::Source::problem`.
 #[derive(Clone, Debug)]
 pub struct Scene {
     pub title: String,
@@ -35,6 +38,14 @@ impl Kinematics {
         match self {
             Kinematics::PlaneStrain => 2,
             Kinematics::ThreeDimensional => 3,
+        }
+    }
+
+    /// Names of the unknowns of a node in their order: a [`Component`] is an index into them.
+    pub fn unknowns(self) -> &'static [&'static str] {
+        match self {
+            Kinematics::PlaneStrain => &["ux", "uy", "rz"],
+            Kinematics::ThreeDimensional => &["ux", "uy", "uz", "rx", "ry", "rz"],
         }
     }
 }
@@ -140,8 +151,8 @@ pub struct Load {
 
 #[derive(Clone, Debug)]
 pub enum LoadKind {
-    /// Weight per unit reference volume [N/m3].
-    SpecificWeight([f64; 3]),
+    /// Weight per unit reference volume [N/m3], by index into `Scene::materials`.
+    SpecificWeight(Vec<[f64; 3]>),
     /// A total force [N] (per metre of thickness in plane strain) shared equally by the selected points.
     Force { total: [f64; 3], at: Selection },
     /// A total couple [N m], shared likewise; in plane strain only the third component counts.
@@ -268,4 +279,35 @@ pub enum PointField {
     CoupleStress,
     Wryness,
     Volume,
+}
+
+impl PointField {
+    /// What the columns of the components are called, after the name of the entry and `_`; one empty word for a scalar.
+    /// Tensors have all nine components, row by row, in both kinematics.
+    pub fn components(self, kinematics: Kinematics) -> &'static [&'static str] {
+        const TENSOR: &[&str] = &["xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"];
+        match (self, kinematics) {
+            (PointField::Displacement | PointField::Position, Kinematics::PlaneStrain) => &["x", "y"],
+            (PointField::Displacement | PointField::Position | PointField::Rotation, Kinematics::ThreeDimensional) => {
+                &["x", "y", "z"]
+            }
+            (PointField::Stress | PointField::CoupleStress | PointField::Wryness, _) => TENSOR,
+            _ => &[""],
+        }
+    }
+}
+
+impl HistoryColumn {
+    /// Names of the columns that the entry becomes.
+    pub fn column_names(&self, kinematics: Kinematics) -> Vec<String> {
+        let components = match self.quantity {
+            HistoryQuantity::Points { field, .. } => field.components(kinematics),
+            _ => &[""],
+        };
+        let name_of = |component: &&str| match *component {
+            "" => self.name.clone(),
+            component => format!("{}_{component}", self.name),
+        };
+        components.iter().map(name_of).collect()
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::Laws;
 use super::columns::Column;
+use crate::assembly::penalty::GhostPenalty;
 use crate::condition::load::{Amount, DeadLoad};
 use crate::config::Source;
 use crate::continuum::Fields;
@@ -16,7 +17,6 @@ use crate::points::select::MAX_SELECTIONS;
 use crate::problem::Problem;
 use crate::scene::{BasisKind, HistoryQuantity, Load, LoadKind, Scene, Selection};
 use crate::solve::model::{Model, StepSystem};
-use crate::assembly::penalty::GhostPenalty;
 
 /// A model in its initial state, with facts for header, check and history.
 pub struct Built<C: Fields<D, N>, const D: usize, const N: usize> {
@@ -39,8 +39,16 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
     source: &Source,
 ) -> Result<Built<C, D, N>, Error> {
     let components = if D == 2 { Components::Plane } else { Components::Space };
-    let laws: Vec<_> = scene.materials.iter().map(|material| C::law(&material.spec, components)).collect();
-    let state_length = laws.iter().map(|law| state_length(law.state_variables())).max().unwrap_or(0);
+    let laws: Vec<_> = scene
+        .materials
+        .iter()
+        .map(|material| C::law(&material.spec, components))
+        .collect();
+    let state_length = laws
+        .iter()
+        .map(|law| state_length(law.state_variables()))
+        .max()
+        .unwrap_or(0);
     let settings = &scene.grid;
     let grid = Grid {
         min: std::array::from_fn(|k| settings.min[k]),
@@ -52,9 +60,19 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         BasisKind::Gimp => Box::new(Gimp),
     };
     let (points, points_per_body) = seed(world, &grid, &scene.bodies, &scene.regions, &laws, state_length);
-    let ghost = scene.ghost.as_ref().map(|ghost| GhostPenalty::new(&grid, ghost, &C::IS_TRANSLATION));
-    let mut model =
-        Model { grid, basis, laws, points, boundaries: scene.boundaries.clone(), loads: Vec::new(), ghost };
+    let ghost = scene
+        .ghost
+        .as_ref()
+        .map(|ghost| GhostPenalty::new(&grid, ghost, &C::IS_TRANSLATION));
+    let mut model = Model {
+        grid,
+        basis,
+        laws,
+        points,
+        boundaries: scene.boundaries.clone(),
+        loads: Vec::new(),
+        ghost,
+    };
     let mut problems = empty_bodies(source, &points_per_body);
     let columns = select(world, scene, source, &mut model, &mut problems);
     let system = match locate(world, source, &mut model) {
@@ -87,7 +105,11 @@ fn empty_bodies(source: &Source, points_per_body: &[u64]) -> Vec<Problem> {
     empty
         .map(|(body, _)| {
             let message = "the body has no material points: its shape holds the centre of none";
-            source.problem(&format!("bodies[{body}]"), message, "a shape that fills at least part of a cell; smaller cells or more points_per_cell")
+            source.problem(
+                &format!("bodies[{body}]"),
+                message,
+                "a shape that fills at least part of a cell; smaller cells or more points_per_cell",
+            )
         })
         .collect()
 }
@@ -111,7 +133,11 @@ fn select<C: Fields<D, N>, const D: usize, const N: usize>(
         used += 1;
         let count = model.points.mark(world, selection, used - 1, |load| bits[load], edge);
         if count == 0 {
-            problems.push(source.problem(&path, "the selection holds no material point", "a selection with at least one"));
+            problems.push(source.problem(
+                &path,
+                "the selection holds no material point",
+                "a selection with at least one",
+            ));
         }
         (used - 1, count.max(1))
     };
@@ -129,12 +155,15 @@ fn select<C: Fields<D, N>, const D: usize, const N: usize>(
     let mut columns = Vec::new();
     for (index, column) in scene.output.history.iter().enumerate() {
         let bit = match &column.quantity {
-            HistoryQuantity::Points { at: Some(selection), .. } => {
-                Some(mark(model, &bits, selection, format!("output.history[{index}].at")).0)
-            }
+            HistoryQuantity::Points {
+                at: Some(selection), ..
+            } => Some(mark(model, &bits, selection, format!("output.history[{index}].at")).0),
             _ => None,
         };
-        columns.push(Column { entry: column.clone(), bit });
+        columns.push(Column {
+            entry: column.clone(),
+            bit,
+        });
     }
     columns
 }
@@ -157,7 +186,11 @@ fn dead_load(load: &Load, bit: Option<usize>, count: u64, is_translation: &[bool
         LoadKind::Force { total, .. } => Amount::PerPoint(spread(&share(total), true)),
         LoadKind::Couple { total, .. } => Amount::PerPoint(spread(&share(total), false)),
     };
-    DeadLoad { stage: load.stage, amount, bit }
+    DeadLoad {
+        stage: load.stage,
+        amount,
+        bit,
+    }
 }
 
 /// Components of a vector on the translations or rotations of a node; in the plane the only rotation is about the third
@@ -165,7 +198,13 @@ fn dead_load(load: &Load, bit: Option<usize>, count: u64, is_translation: &[bool
 fn by_unknown(vector: &[f64; 3], translations: bool, is_translation: &[bool], dimension: usize) -> Vec<f64> {
     let first = if translations || dimension == 3 { 0 } else { 2 };
     let mut components = vector[first..].iter();
-    let pick = |&translation: &bool| if translation == translations { components.next().copied() } else { None };
+    let pick = |&translation: &bool| {
+        if translation == translations {
+            components.next().copied()
+        } else {
+            None
+        }
+    };
     is_translation.iter().map(pick).map(Option::unwrap_or_default).collect()
 }
 
@@ -177,7 +216,11 @@ fn locate<C: Fields<D, N>, const D: usize, const N: usize>(
 ) -> Result<StepSystem<D>, Problem> {
     let describe = |misplaced: Misplaced| {
         let message = format!("point {} of the body: {}", misplaced.id, misplaced.what);
-        source.problem(&format!("bodies[{}]", misplaced.body), message, "a body within the grid")
+        source.problem(
+            &format!("bodies[{}]", misplaced.body),
+            message,
+            "a body within the grid",
+        )
     };
     model.gather_cells(world).map_err(describe)?;
     model.search(world).map_err(describe)
@@ -204,7 +247,10 @@ fn check_boundaries<C: Fields<D, N>, const D: usize, const N: usize>(
             let message = "none of its nodes is touched by a body";
             problems.push(source.problem(&path, message, "a face or plane of nodes that a body reaches"));
         } else {
-            warnings.push(format!("{path} ({}) acts on no node until a body reaches it", boundary.name));
+            warnings.push(format!(
+                "{path} ({}) acts on no node until a body reaches it",
+                boundary.name
+            ));
         }
     }
 }

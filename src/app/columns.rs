@@ -1,11 +1,11 @@
 //! History columns: numbers drawn from the accepted state.
 
+use super::snapshot::{chi_of, mean_stress, von_mises};
 use crate::condition::Time;
 use crate::continuum::{Fields, Observation};
 use crate::parallel::World;
 use crate::scene::{HistoryColumn, HistoryQuantity, Kinematics, PointField, Reduction, Scene};
 use crate::solve::model::Model;
-use super::snapshot::{chi_of, mean_stress, von_mises};
 use nalgebra::Matrix3;
 
 /// An entry of `output.history`, one or more columns.
@@ -19,7 +19,11 @@ pub struct Column {
 fn places(field: PointField, kinematics: Kinematics) -> std::ops::Range<usize> {
     let count = field.components(kinematics).len();
     // In plane strain there is one rotation, about the third axis.
-    let first = if field == PointField::Rotation && count == 1 { 2 } else { 0 };
+    let first = if field == PointField::Rotation && count == 1 {
+        2
+    } else {
+        0
+    };
     first..first + count
 }
 
@@ -37,7 +41,11 @@ impl Column {
             HistoryQuantity::Reaction { boundary, component } => vec![reactions[*boundary][*component]],
             HistoryQuantity::BoundaryMotion { boundary, component } => {
                 let boundary = &scene.boundaries[*boundary];
-                let total = boundary.moves.iter().find(|(moved, _)| moved == component).map_or(0.0, |(_, total)| *total);
+                let total = boundary
+                    .moves
+                    .iter()
+                    .find(|(moved, _)| moved == component)
+                    .map_or(0.0, |(_, total)| *total);
                 vec![total * time.ramp(boundary.stage)]
             }
             HistoryQuantity::LoadFactor { load } => vec![time.ramp(scene.loads[*load].stage)],
@@ -106,8 +114,14 @@ fn value_of<C: Fields<D, N>, const D: usize, const N: usize>(
         PointField::Position => vector(&mut value, points.position[p].as_slice()),
         PointField::Chi => value[0] = chi_of(model, p),
         _ => {
-            let Observation { stress, couple_stress, wryness, rotation, twist, volume_ratio } =
-                C::observe(&points.motion[p], &points.stress[p]);
+            let Observation {
+                stress,
+                couple_stress,
+                wryness,
+                rotation,
+                twist,
+                volume_ratio,
+            } = C::observe(&points.motion[p], &points.stress[p]);
             match field {
                 PointField::Rotation => vector(&mut value, rotation.unwrap_or_default().as_slice()),
                 PointField::TwistX => value[0] = twist.unwrap_or_default().x,

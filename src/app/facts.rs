@@ -61,8 +61,10 @@ pub fn summarise<C: Fields<D, N>, const D: usize, const N: usize>(
         Err(error @ Error::Analysis(_)) => (Status::Stopped, error.exit_code(), Some(error.to_string())),
         Err(error) => (Status::Failed, error.exit_code(), Some(error.to_string())),
     };
-    let mut versions: BTreeMap<String, String> =
-        versions(session.version()).into_iter().map(|(name, version)| (name.to_lowercase(), version)).collect();
+    let mut versions: BTreeMap<String, String> = versions(session.version())
+        .into_iter()
+        .map(|(name, version)| (name.to_lowercase(), version))
+        .collect();
     versions.insert("mpm-petsc".into(), crate::version::PROGRAM.into());
     versions.insert("commit".into(), crate::version::COMMIT.into());
     let cpu_seconds = world.sum(process::cpu_seconds());
@@ -85,7 +87,11 @@ pub fn summarise<C: Fields<D, N>, const D: usize, const N: usize>(
         cpu_seconds,
         phases,
         peak_memory_mb,
-        partitioner: if world.size() > 1 { analysis.partitioner().to_string() } else { "none".into() },
+        partitioner: if world.size() > 1 {
+            analysis.partitioner().to_string()
+        } else {
+            "none".into()
+        },
         ordering: analysis.ordering()?,
         versions,
     })

@@ -14,8 +14,8 @@ use crate::error::Error;
 use crate::material::{Components, Material, micropolar_law, spec::MaterialSpec};
 use crate::output::progress::{Mode, Progress};
 use crate::parallel::World;
-use crate::problem::Problem;
 use crate::petsc::{Partitioner, Session};
+use crate::problem::Problem;
 use crate::scene::{ContinuumKind, Kinematics, PartitionerKind, Scene};
 use crate::solve::step::Analysis;
 use build::{Built, build};
@@ -60,7 +60,9 @@ pub fn print_versions(world: &World) -> Result<(), Error> {
     let session = Session::start(world, &[])?;
     if world.is_root() {
         println!("mpm-petsc {} ({})", crate::version::PROGRAM, crate::version::COMMIT);
-        facts::versions(session.version()).iter().for_each(|(name, version)| println!("{name} {version}"));
+        facts::versions(session.version())
+            .iter()
+            .for_each(|(name, version)| println!("{name} {version}"));
     }
     Ok(())
 }
@@ -75,8 +77,8 @@ pub fn encode_input(input: Result<Input, Vec<Problem>>) -> String {
 /// # Errors
 /// What was wrong with the file.
 pub fn decode_input(text: &str) -> Result<Input, Error> {
-    let input: Result<Input, Vec<Problem>> =
-        serde_json::from_str(text).map_err(|error| Error::System(format!("broadcast of the configuration: {error}")))?;
+    let input: Result<Input, Vec<Problem>> = serde_json::from_str(text)
+        .map_err(|error| Error::System(format!("broadcast of the configuration: {error}")))?;
     input.map_err(Error::Configuration)
 }
 
@@ -119,7 +121,9 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
     }
     if analysis.counts.largest_overhang > 0.0 {
         let cells = analysis.counts.largest_overhang;
-        recorder.message(&format!("domains stuck out of the grid by up to {cells:.1e} of a cell; that part was dropped"));
+        recorder.message(&format!(
+            "domains stuck out of the grid by up to {cells:.1e} of a cell; that part was dropped"
+        ));
     }
     let summary = facts::summarise(world, &session, scene, points, &analysis, &outcome, clock)?;
     recorder.summary(&summary)?;

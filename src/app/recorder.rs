@@ -62,7 +62,11 @@ impl<'a> Recorder<'a> {
     ) -> Result<Self, Error> {
         let _writing = clock.enter(Phase::Output);
         let directory = scene.output.directory.clone();
-        let files = if world.is_root() { Some(create_files(scene, &columns)) } else { None };
+        let files = if world.is_root() {
+            Some(create_files(scene, &columns))
+        } else {
+            None
+        };
         let files = agree(world, files.transpose().map_err(|error| error.to_string()))?;
         Ok(Self {
             world: world.clone(),
@@ -87,7 +91,10 @@ impl<'a> Recorder<'a> {
     ) -> Result<(), Error> {
         let clock = self.clock.clone();
         let _writing = clock.enter(Phase::Output);
-        let time = Time { stage: 0, fraction: 0.0 };
+        let time = Time {
+            stage: 0,
+            fraction: 0.0,
+        };
         let reactions = vec![[0.0; N]; model.boundaries.len()];
         let step = HistoryStep {
             step: 0,
@@ -108,9 +115,15 @@ impl<'a> Recorder<'a> {
         step: &HistoryStep<'_>,
     ) -> Result<(), Error> {
         let (world, scene) = (&self.world, self.scene);
-        let values: Vec<f64> =
-            self.columns.iter().flat_map(|column| column.values(world, scene, model, time, reactions)).collect();
-        let written = self.files.as_mut().map_or(Ok(()), |files| files.history.record(step, &values));
+        let values: Vec<f64> = self
+            .columns
+            .iter()
+            .flat_map(|column| column.values(world, scene, model, time, reactions))
+            .collect();
+        let written = self
+            .files
+            .as_mut()
+            .map_or(Ok(()), |files| files.history.record(step, &values));
         agree(&self.world, written.map_err(|error| error.to_string()))
     }
 
@@ -120,8 +133,12 @@ impl<'a> Recorder<'a> {
         time: f64,
     ) -> Result<(), Error> {
         let (position, fields) = snapshot::fields(model);
-        let points =
-            PointFields { ids: &model.points.id, total: self.total_points, position: &position, fields: &fields };
+        let points = PointFields {
+            ids: &model.points.id,
+            total: self.total_points,
+            position: &position,
+            fields: &fields,
+        };
         self.snapshots.append(&self.world, time, &points)?;
         self.last = (time, true);
         Ok(())
@@ -143,8 +160,11 @@ impl<'a> Recorder<'a> {
 
     /// Collective. Writes `summary.json`.
     pub fn summary(&mut self, summary: &Summary) -> Result<(), Error> {
-        let written =
-            if self.world.is_root() { summary.write(&self.directory.join("summary.json")) } else { Ok(()) };
+        let written = if self.world.is_root() {
+            summary.write(&self.directory.join("summary.json"))
+        } else {
+            Ok(())
+        };
         agree(&self.world, written.map_err(|error| error.to_string()))
     }
 
@@ -156,7 +176,10 @@ impl<'a> Recorder<'a> {
 
 fn create_files(scene: &Scene, columns: &[Column]) -> Result<RootFiles, Error> {
     let folder = ResultFolder::create(&scene.output.directory, &scene.output.resolved)?;
-    let names: Vec<String> = columns.iter().flat_map(|column| column.entry.column_names(scene.kinematics)).collect();
+    let names: Vec<String> = columns
+        .iter()
+        .flat_map(|column| column.entry.column_names(scene.kinematics))
+        .collect();
     Ok(RootFiles {
         history: History::create(&folder.file("history.csv"), &names)?,
         convergence: Convergence::create(&folder.file("convergence.csv"))?,
@@ -217,8 +240,16 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Observer<C, D, N> for Reco
         self.last = (snapshot_time(step.time), false);
         self.full_steps += usize::from(step.full_step);
         let due = step.full_step
-            && self.scene.output.snapshot_every.is_some_and(|every| self.full_steps.is_multiple_of(every));
-        if due || step.last { self.snapshot(step.model, snapshot_time(step.time)) } else { Ok(()) }
+            && self
+                .scene
+                .output
+                .snapshot_every
+                .is_some_and(|every| self.full_steps.is_multiple_of(every));
+        if due || step.last {
+            self.snapshot(step.model, snapshot_time(step.time))
+        } else {
+            Ok(())
+        }
     }
 }
 

@@ -35,10 +35,16 @@ pub fn fields<C: Fields<D, N>, const D: usize, const N: usize>(
     model: &Model<C, D, N>,
 ) -> (Vec<[f64; 3]>, Vec<PointField>) {
     let points = &model.points;
-    let observed: Vec<Observation> =
-        (0..points.len()).map(|p| C::observe(&points.motion[p], &points.stress[p])).collect();
+    let observed: Vec<Observation> = (0..points.len())
+        .map(|p| C::observe(&points.motion[p], &points.stress[p]))
+        .collect();
     let vectors = |of: &dyn Fn(&Observation) -> Option<Vector3<f64>>| {
-        PointValues::Vector(observed.iter().map(|seen| of(seen).unwrap_or_default().into()).collect())
+        PointValues::Vector(
+            observed
+                .iter()
+                .map(|seen| of(seen).unwrap_or_default().into())
+                .collect(),
+        )
     };
     let tensors = |of: &dyn Fn(&Observation) -> Option<Matrix3<f64>>| {
         let rows = |tensor: Matrix3<f64>| std::array::from_fn(|k| tensor[(k / 3, k % 3)]);
@@ -50,20 +56,44 @@ pub fn fields<C: Fields<D, N>, const D: usize, const N: usize>(
             name: "displacement",
             values: PointValues::Vector(points.displacement.iter().map(in_space).collect()),
         },
-        PointField { name: "volume", values: scalars(&|p| observed[p].volume_ratio * points.volume[p]) },
+        PointField {
+            name: "volume",
+            values: scalars(&|p| observed[p].volume_ratio * points.volume[p]),
+        },
         PointField {
             name: "half_lengths",
             values: PointValues::Vector(points.half_lengths.iter().map(in_space).collect()),
         },
-        PointField { name: "stress", values: tensors(&|seen| Some(seen.stress)) },
-        PointField { name: "pressure", values: scalars(&|p| mean_stress(&observed[p].stress)) },
-        PointField { name: "von_mises", values: scalars(&|p| von_mises(&observed[p].stress)) },
-        PointField { name: "chi", values: scalars(&|p| chi_of(model, p)) },
+        PointField {
+            name: "stress",
+            values: tensors(&|seen| Some(seen.stress)),
+        },
+        PointField {
+            name: "pressure",
+            values: scalars(&|p| mean_stress(&observed[p].stress)),
+        },
+        PointField {
+            name: "von_mises",
+            values: scalars(&|p| von_mises(&observed[p].stress)),
+        },
+        PointField {
+            name: "chi",
+            values: scalars(&|p| chi_of(model, p)),
+        },
     ];
     if C::IS_TRANSLATION.contains(&false) {
-        fields.push(PointField { name: "couple_stress", values: tensors(&|seen| seen.couple_stress) });
-        fields.push(PointField { name: "wryness", values: tensors(&|seen| seen.wryness) });
-        fields.push(PointField { name: "rotation", values: vectors(&|seen| seen.rotation) });
+        fields.push(PointField {
+            name: "couple_stress",
+            values: tensors(&|seen| seen.couple_stress),
+        });
+        fields.push(PointField {
+            name: "wryness",
+            values: tensors(&|seen| seen.wryness),
+        });
+        fields.push(PointField {
+            name: "rotation",
+            values: vectors(&|seen| seen.rotation),
+        });
     }
     (points.position.iter().map(in_space).collect(), fields)
 }

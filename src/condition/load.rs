@@ -42,15 +42,14 @@ pub fn add_external_forces<'a, C: Continuum, const D: usize>(
                 if load.bit.is_some_and(|bit| points.marks[p] >> bit & 1 == 0) {
                     continue;
                 }
-                let weight = if load.per_volume {
-                    factor * points.volume[p]
-                } else {
-                    factor
+                let (weight, amount) = match &load.amount {
+                    Amount::PerVolume(amounts) => (factor * points.volume[p], &amounts[points.material[p] as usize]),
+                    Amount::PerPoint(amount) => (factor, amount),
                 };
                 for (&node, shape) in nodes(index).iter().zip(batches.shapes(batch, p).chunks_exact(1 + D)) {
-                    let own = &mut forces[node as usize * unknowns..][..unknowns];
+                    let own = &mut forces[node as usize * amount.len()..][..amount.len()];
                     own.iter_mut()
-                        .zip(&load.amount)
+                        .zip(amount)
                         .for_each(|(sum, amount)| *sum += weight * shape[0] * amount);
                 }
             }

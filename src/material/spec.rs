@@ -1,4 +1,6 @@
-//! Parameters of the laws, resolved: what a law is built from.
+//! Parameters of the laws: the keys that a user sets, and the resolved numbers that a law is built from.
+
+use serde::{Deserialize, Serialize};
 
 /// Moduli of the elastic micropolar law in the thesis' names (docs/theory.md).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,4 +41,641 @@ pub struct PlasticParameters {
 pub enum MaterialSpec {
     Elastic(ElasticModuli),
     Elastoplastic(ElasticModuli, PlasticParameters),
+}
+
+/// Names of the laws.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LawName {
+    Elastic,
+    DruckerPrager,
+    VonMises,
+}
+
+/// What a user sets for a material.
+///
+/// Elasticity: `lame_lambda` and `shear_modulus`, or `youngs_modulus` and `poisson_ratio`, or `shear_modulus` and
+/// `bulk_modulus`. Coupling: `coupling_modulus` or `coupling_number`. Curvature: `bending_length` with
+/// `bounded_stiffness`, or `bending_length`, `torsion_length` and `polar_ratio`, or `alpha`, `beta` and `gamma`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialKeys {
+    /// Constitutive law.
+    pub law: LawName,
+    /// Mass per reference volume [kg/m3], > 0; needed by a load of `gravity`.
+    pub density: Option<f64>,
+    /// Lame's first parameter [Pa]; `3 lame_lambda + 2 shear_modulus` > 0.
+    pub lame_lambda: Option<f64>,
+    /// Shear modulus [Pa], > 0.
+    pub shear_modulus: Option<f64>,
+    /// Bulk modulus [Pa], > 0.
+    pub bulk_modulus: Option<f64>,
+    /// Young's modulus [Pa], > 0.
+    pub youngs_modulus: Option<f64>,
+    /// Poisson's ratio [-], > -1 and < 0.5.
+    pub poisson_ratio: Option<f64>,
+    /// Coupling modulus kappa [Pa], >= 0.
+    pub coupling_modulus: Option<f64>,
+    /// Coupling number sqrt(kappa / (mu + kappa)) [-], >= 0 and < 1.
+    pub coupling_number: Option<f64>,
+    /// Characteristic length of bending sqrt((gamma + beta) / (4 mu)) [m], >= 0.
+    pub bending_length: Option<f64>,
+    /// Characteristic length of torsion sqrt(gamma / mu) [m], >= 0.
+    pub torsion_length: Option<f64>,
+    /// Polar ratio 2 gamma / (2 gamma + alpha) [-], > 0 and <= 1.5.
+    pub polar_ratio: Option<f64>,
+    /// With `true`, `bending_length` alone fixes the curvature: torsion twice as long, polar ratio 3/2.
+    pub bounded_stiffness: Option<bool>,
+    /// Coefficient of tr(Gamma) I in the couple-stress [N]; `3 alpha + 2 gamma` >= 0.
+    pub alpha: Option<f64>,
+    /// Half the coefficient of the skew part of Gamma [N]; `gamma + beta` >= 0.
+    pub beta: Option<f64>,
+    /// Half the coefficient of the symmetric part of Gamma [N], >= 0.
+    pub gamma: Option<f64>,
+    /// Friction angle [degrees], >= 0 and < 90.
+    pub friction_angle: Option<f64>,
+    /// Dilatancy angle [degrees], >= 0 and < 90.
+    pub dilatancy_angle: Option<f64>,
+    /// Cohesion [Pa], > 0. Either this or `yield_strength`.
+    pub cohesion: Option<f64>,
+    /// Generalised shear stress q at first yield without pressure, k [Pa], > 0.
+    pub yield_strength: Option<f64>,
+    /// Increase of the yield strength with the equivalent plastic strain, H [Pa]; 0 unless set.
+    pub hardening_modulus: Option<f64>,
+    /// Internal length of plasticity l_p [m], > 0: weighs the couple-stress in the yield function.
+    pub plastic_length: Option<f64>,
+}
+
+/// What is wrong with one key of a material; an empty key means the material as a whole.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeyProblem {
+    pub key: &'static str,
+    pub message: String,
+    pub expected: String,
+}
+
+const ELASTIC_KEYS: [&str; 15] = [
+    "density",
+    "lame_lambda",
+    "shear_modulus",
+    "bulk_modulus",
+    "youngs_modulus",
+    "poisson_ratio",
+    "coupling_modulus",
+    "coupling_number",
+    "bending_length",
+    "torsion_length",
+    "polar_ratio",
+    "bounded_stiffness",
+    "alpha",
+    "beta",
+    "gamma",
+];
+
+const DRUCKER_PRAGER_KEYS: [&str; 6] = [
+    "friction_angle",
+    "dilatancy_angle",
+    "cohesion",
+    "yield_strength",
+    "hardening_modulus",
+    "plastic_length",
+];
+
+const VON_MISES_KEYS: [&str; 3] = ["yield_strength", "hardening_modulus", "plastic_length"];
+
+impl LawName {
+    /// Keys that the law knows beside those of elasticity.
+    fn plastic_keys(self) -> &'static [&'static str] {
+        match self {
+            LawName::Elastic => &[],
+            LawName::DruckerPrager => &DRUCKER_PRAGER_KEYS,
+            LawName::VonMises => &VON_MISES_KEYS,
+        }
+    }
+}
+
+impl MaterialKeys {
+    /// The keys that hold numbers, by name.
+    pub fn numbers_mut(&mut self) -> [(&'static str, &mut Option<f64>); 20] {
+        [
+            ("density", &mut self.density),
+            ("lame_lambda", &mut self.lame_lambda),
+            ("shear_modulus", &mut self.shear_modulus),
+            ("bulk_modulus", &mut self.bulk_modulus),
+            ("youngs_modulus", &mut self.youngs_modulus),
+            ("poisson_ratio", &mut self.poisson_ratio),
+            ("coupling_modulus", &mut self.coupling_modulus),
+            ("coupling_number", &mut self.coupling_number),
+            ("bending_length", &mut self.bending_length),
+            ("torsion_length", &mut self.torsion_length),
+            ("polar_ratio", &mut self.polar_ratio),
+            ("alpha", &mut self.alpha),
+            ("beta", &mut self.beta),
+            ("gamma", &mut self.gamma),
+            ("friction_angle", &mut self.friction_angle),
+            ("dilatancy_angle", &mut self.dilatancy_angle),
+            ("cohesion", &mut self.cohesion),
+            ("yield_strength", &mut self.yield_strength),
+            ("hardening_modulus", &mut self.hardening_modulus),
+            ("plastic_length", &mut self.plastic_length),
+        ]
+    }
+
+    /// Names of the keys that hold numbers and are set.
+    pub fn numbers_set(&self) -> Vec<&'static str> {
+        self.clone()
+            .numbers_mut()
+            .iter()
+            .filter(|(_, value)| value.is_some())
+            .map(|(key, _)| *key)
+            .collect()
+    }
+
+    /// The law with its parameters; `tolerance` [-] ends the local iteration of a plastic law.
+    ///
+    /// # Errors
+    /// All that is wrong: keys that are missing, contradict each other or are unknown to the law, and moduli without
+    /// positive energy.
+    pub fn resolve(&self, tolerance: f64) -> Result<MaterialSpec, Vec<KeyProblem>> {
+        let mut checks = Checks {
+            keys: self,
+            problems: Vec::new(),
+        };
+        checks.refuse_foreign_keys();
+        checks.positive("density", self.density);
+        let elastic = checks.elastic();
+        let plastic = match self.law {
+            LawName::Elastic => None,
+            LawName::DruckerPrager => Some(checks.drucker_prager(tolerance)),
+            LawName::VonMises => Some(checks.von_mises(tolerance)),
+        };
+        let spec = match (elastic, plastic) {
+            (Some(elastic), None) => Some(MaterialSpec::Elastic(elastic)),
+            (Some(elastic), Some(Some(plastic))) => Some(MaterialSpec::Elastoplastic(elastic, plastic)),
+            _ => None,
+        };
+        match spec {
+            Some(spec) if checks.problems.is_empty() => Ok(spec),
+            _ => Err(checks.problems),
+        }
+    }
+}
+
+/// Converts the keys of a material and collects what is wrong with them.
+struct Checks<'a> {
+    keys: &'a MaterialKeys,
+    problems: Vec<KeyProblem>,
+}
+
+impl Checks<'_> {
+    fn report(&mut self, key: &'static str, message: impl Into<String>, expected: impl Into<String>) {
+        self.problems.push(KeyProblem {
+            key,
+            message: message.into(),
+            expected: expected.into(),
+        });
+    }
+
+    /// Reports a value that is outside its bounds.
+    fn bound(&mut self, key: &'static str, value: f64, within: bool, bounds: &str) -> bool {
+        if !within {
+            self.report(key, format!("{value} is out of bounds"), bounds);
+        }
+        within
+    }
+
+    fn positive(&mut self, key: &'static str, value: Option<f64>) {
+        if let Some(value) = value {
+            self.bound(key, value, value > 0.0, "a number > 0");
+        }
+    }
+
+    fn not_negative(&mut self, key: &'static str, value: Option<f64>) {
+        if let Some(value) = value {
+            self.bound(key, value, value >= 0.0, "a number >= 0");
+        }
+    }
+
+    /// Which of a group of keys are set.
+    fn set_of(&self, group: &[&'static str]) -> Vec<&'static str> {
+        let mut set = self.keys.numbers_set();
+        if self.keys.bounded_stiffness == Some(true) {
+            set.push("bounded_stiffness");
+        }
+        set.retain(|key| group.contains(key));
+        set
+    }
+
+    fn refuse_foreign_keys(&mut self) {
+        let plastic = self.keys.law.plastic_keys();
+        for key in self.keys.numbers_set() {
+            if !ELASTIC_KEYS.contains(&key) && !plastic.contains(&key) {
+                let accepted = [&ELASTIC_KEYS, plastic].concat().join(", ");
+                self.report(key, "the law of this material does not know this key", accepted);
+            }
+        }
+    }
+
+    /// The chosen one of several sets of keys; anything but exactly one complete set is reported.
+    fn choose(&mut self, what: &str, choices: &[&[&'static str]]) -> Option<usize> {
+        let set = self.set_of(&choices.concat());
+        let same = |choice: &&[&str]| choice.len() == set.len() && choice.iter().all(|key| set.contains(key));
+        let chosen = choices.iter().position(|choice| same(&choice));
+        if chosen.is_none() {
+            let accepted: Vec<_> = choices.iter().map(|choice| choice.join(" and ")).collect();
+            let accepted = format!("either {}", accepted.join(", or "));
+            match set.as_slice() {
+                [] => self.report("", format!("{what} is missing"), accepted),
+                [.., last] => {
+                    let message = format!("{what} is not given by {} together", set.join(", "));
+                    let message = if set.len() == 1 {
+                        format!("{what} is not given by {last} alone")
+                    } else {
+                        message
+                    };
+                    self.report(last, message, accepted);
+                }
+            }
+        }
+        chosen
+    }
+
+    fn elastic(&mut self) -> Option<ElasticModuli> {
+        let lame = self.lame();
+        let coupling = self.choose(
+            "the coupling of the rotations",
+            &[&["coupling_modulus"], &["coupling_number"]],
+        );
+        self.not_negative("coupling_modulus", self.keys.coupling_modulus);
+        if let Some(number) = self.keys.coupling_number {
+            self.bound(
+                "coupling_number",
+                number,
+                (0.0..1.0).contains(&number),
+                "a number >= 0 and < 1",
+            );
+        }
+        // Curvature in units of the shear modulus is checked even where that is wrong.
+        let (lambda, mu) = lame.unwrap_or((1.0, 1.0));
+        let curvature = self.curvature(mu);
+        lame?;
+        let kappa = match coupling? {
+            0 => self.keys.coupling_modulus?,
+            _ => self
+                .keys
+                .coupling_number
+                .map(|number| mu * number * number / (1.0 - number * number))?,
+        };
+        let [alpha, beta, gamma] = curvature?;
+        Some(ElasticModuli {
+            lambda,
+            mu,
+            kappa,
+            alpha,
+            beta,
+            gamma,
+        })
+    }
+
+    /// Lame's parameters lambda and mu, with `mu > 0` and `3 lambda + 2 mu > 0`.
+    fn lame(&mut self) -> Option<(f64, f64)> {
+        let keys = self.keys;
+        self.positive("shear_modulus", keys.shear_modulus);
+        self.positive("bulk_modulus", keys.bulk_modulus);
+        self.positive("youngs_modulus", keys.youngs_modulus);
+        if let Some(ratio) = keys.poisson_ratio {
+            self.bound(
+                "poisson_ratio",
+                ratio,
+                ratio > -1.0 && ratio < 0.5,
+                "a number > -1 and < 0.5",
+            );
+        }
+        let choices: [&[&str]; 3] = [
+            &["lame_lambda", "shear_modulus"],
+            &["youngs_modulus", "poisson_ratio"],
+            &["shear_modulus", "bulk_modulus"],
+        ];
+        match self.choose("the elasticity", &choices)? {
+            0 => {
+                let (lambda, mu) = (keys.lame_lambda?, keys.shear_modulus?);
+                if mu > 0.0 && 3.0 * lambda + 2.0 * mu <= 0.0 {
+                    let message = format!(
+                        "{lambda} makes 3 lame_lambda + 2 shear_modulus = {}",
+                        3.0 * lambda + 2.0 * mu
+                    );
+                    self.report("lame_lambda", message, "3 lame_lambda + 2 shear_modulus > 0");
+                }
+                Some((lambda, mu))
+            }
+            1 => {
+                let (young, poisson) = (keys.youngs_modulus?, keys.poisson_ratio?);
+                let lambda = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson));
+                Some((lambda, young / (2.0 * (1.0 + poisson))))
+            }
+            _ => {
+                let (mu, bulk) = (keys.shear_modulus?, keys.bulk_modulus?);
+                Some((bulk - 2.0 / 3.0 * mu, mu))
+            }
+        }
+    }
+
+    /// `alpha`, `beta`, `gamma` (docs/theory.md, elastic constants).
+    fn curvature(&mut self, mu: f64) -> Option<[f64; 3]> {
+        let keys = self.keys;
+        self.not_negative("bending_length", keys.bending_length);
+        self.not_negative("torsion_length", keys.torsion_length);
+        if let Some(ratio) = keys.polar_ratio {
+            self.bound(
+                "polar_ratio",
+                ratio,
+                ratio > 0.0 && ratio <= 1.5,
+                "a number > 0 and <= 1.5",
+            );
+        }
+        let choices: [&[&str]; 3] = [
+            &["bending_length", "bounded_stiffness"],
+            &["bending_length", "torsion_length", "polar_ratio"],
+            &["alpha", "beta", "gamma"],
+        ];
+        match self.choose("the stiffness against curvature", &choices)? {
+            0 => {
+                let gamma = 4.0 * mu * keys.bending_length?.powi(2);
+                Some([-2.0 / 3.0 * gamma, 0.0, gamma])
+            }
+            1 => {
+                let gamma = mu * keys.torsion_length?.powi(2);
+                let beta = 4.0 * mu * keys.bending_length?.powi(2) - gamma;
+                Some([2.0 * gamma * (1.0 / keys.polar_ratio? - 1.0), beta, gamma])
+            }
+            _ => {
+                let [alpha, beta, gamma] = [keys.alpha?, keys.beta?, keys.gamma?];
+                // Bounds that hold with equality must survive the rounding of their decimal digits.
+                let round_off = 1e-9 * (gamma.abs() + alpha.abs() + beta.abs());
+                if self.bound("gamma", gamma, gamma >= 0.0, "a number >= 0") {
+                    self.bound("beta", beta, gamma + beta >= -round_off, "gamma + beta >= 0");
+                    self.bound(
+                        "alpha",
+                        alpha,
+                        3.0 * alpha + 2.0 * gamma >= -round_off,
+                        "3 alpha + 2 gamma >= 0",
+                    );
+                }
+                Some([alpha, beta, gamma])
+            }
+        }
+    }
+
+    /// An angle in radians.
+    fn angle(&mut self, key: &'static str, degrees: Option<f64>) -> Option<f64> {
+        let Some(degrees) = degrees else {
+            self.report(key, "this key is missing", "an angle in degrees, >= 0 and < 90");
+            return None;
+        };
+        let within = (0.0..90.0).contains(&degrees);
+        self.bound(key, degrees, within, "an angle in degrees, >= 0 and < 90")
+            .then(|| degrees.to_radians())
+    }
+
+    fn drucker_prager(&mut self, tolerance: f64) -> Option<PlasticParameters> {
+        let keys = self.keys;
+        let friction = self.angle("friction_angle", keys.friction_angle);
+        let dilatancy = self.angle("dilatancy_angle", keys.dilatancy_angle);
+        let strength = self.choose("the strength", &[&["cohesion"], &["yield_strength"]]);
+        self.positive("cohesion", keys.cohesion);
+        self.positive("yield_strength", keys.yield_strength);
+        let plastic_length = self.plastic_length();
+        let (friction, dilatancy) = (friction?, dilatancy?);
+        let slope = |angle: f64| 6.0 * angle.sin() / (3.0 - angle.sin());
+        let yield_strength = match strength? {
+            0 => 6.0 * keys.cohesion? * friction.cos() / (3.0 - friction.sin()),
+            _ => keys.yield_strength?,
+        };
+        Some(PlasticParameters {
+            friction_slope: slope(friction),
+            dilatancy_slope: slope(dilatancy),
+            yield_strength,
+            hardening_modulus: keys.hardening_modulus.unwrap_or(0.0),
+            plastic_length: plastic_length?,
+            tolerance,
+        })
+    }
+
+    fn von_mises(&mut self, tolerance: f64) -> Option<PlasticParameters> {
+        let strength = self.choose("the strength", &[&["yield_strength"]]);
+        self.positive("yield_strength", self.keys.yield_strength);
+        let plastic_length = self.plastic_length();
+        strength?;
+        Some(PlasticParameters {
+            friction_slope: 0.0,
+            dilatancy_slope: 0.0,
+            yield_strength: self.keys.yield_strength?,
+            hardening_modulus: self.keys.hardening_modulus.unwrap_or(0.0),
+            plastic_length: plastic_length?,
+            tolerance,
+        })
+    }
+
+    fn plastic_length(&mut self) -> Option<f64> {
+        if self.keys.plastic_length.is_none() {
+            self.report("plastic_length", "this key is missing", "a length in m, > 0");
+        }
+        self.positive("plastic_length", self.keys.plastic_length);
+        self.keys.plastic_length
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn keys(json: serde_json::Value) -> MaterialKeys {
+        serde_json::from_value(json).unwrap()
+    }
+
+    fn layer() -> serde_json::Value {
+        serde_json::json!({
+            "law": "drucker_prager", "lame_lambda": 4e9, "shear_modulus": 4e9, "coupling_modulus": 4e8,
+            "bending_length": 5e-3, "bounded_stiffness": true, "friction_angle": 8.6, "dilatancy_angle": 2.0,
+            "yield_strength": 100e6, "plastic_length": 5e-3,
+        })
+    }
+
+    fn with(mut json: serde_json::Value, changes: &[(&str, serde_json::Value)]) -> MaterialKeys {
+        for (key, value) in changes {
+            json[key] = value.clone();
+        }
+        keys(json)
+    }
+
+    fn reported(keys: &MaterialKeys) -> Vec<&'static str> {
+        keys.resolve(1e-9)
+            .unwrap_err()
+            .iter()
+            .map(|problem| problem.key)
+            .collect()
+    }
+
+    fn close(value: f64, expected: f64) -> bool {
+        (value - expected).abs() <= 1e-12 * expected.abs().max(1e-30)
+    }
+
+    #[test]
+    fn bounded_stiffness_fixes_the_three_coefficients() {
+        let Ok(MaterialSpec::Elastoplastic(elastic, plastic)) = keys(layer()).resolve(1e-9) else {
+            panic!()
+        };
+        assert!(
+            close(elastic.gamma, 4e5) && close(elastic.alpha, -2.0 / 3.0 * 4e5),
+            "{elastic:?}"
+        );
+        assert_eq!(
+            (elastic.lambda, elastic.mu, elastic.kappa, elastic.beta),
+            (4e9, 4e9, 4e8, 0.0)
+        );
+        let sine = 8.6_f64.to_radians().sin();
+        assert!(close(plastic.friction_slope, 6.0 * sine / (3.0 - sine)));
+        assert_eq!(
+            (plastic.yield_strength, plastic.hardening_modulus, plastic.tolerance),
+            (100e6, 0.0, 1e-9)
+        );
+    }
+
+    #[test]
+    fn the_three_sets_of_curvature_constants_agree() {
+        let none = serde_json::Value::Null;
+        let lengths = with(
+            layer(),
+            &[
+                ("bounded_stiffness", none.clone()),
+                ("torsion_length", 1e-2.into()),
+                ("polar_ratio", 1.5.into()),
+            ],
+        );
+        let names = with(
+            layer(),
+            &[
+                ("bounded_stiffness", none.clone()),
+                ("bending_length", none),
+                ("alpha", (-2.0 / 3.0 * 4e5).into()),
+                ("beta", 0.0.into()),
+                ("gamma", 4e5.into()),
+            ],
+        );
+        for keys in [lengths, names] {
+            let Ok(MaterialSpec::Elastoplastic(elastic, _)) = keys.resolve(1e-9) else {
+                panic!("{keys:?}")
+            };
+            assert!(
+                close(elastic.gamma, 4e5) && close(elastic.alpha, -2.0 / 3.0 * 4e5),
+                "{elastic:?}"
+            );
+            assert!(elastic.beta.abs() < 1e-9 * elastic.gamma, "{elastic:?}");
+        }
+    }
+
+    #[test]
+    fn the_three_sets_of_elastic_constants_agree() {
+        let none = serde_json::Value::Null;
+        let young = with(
+            layer(),
+            &[
+                ("lame_lambda", none.clone()),
+                ("shear_modulus", none.clone()),
+                ("youngs_modulus", 10e9.into()),
+                ("poisson_ratio", 0.25.into()),
+                ("coupling_modulus", none.clone()),
+                ("coupling_number", (1.0_f64 / 11.0).sqrt().into()),
+            ],
+        );
+        let bulk = with(
+            layer(),
+            &[("lame_lambda", none), ("bulk_modulus", (4e9 + 8e9 / 3.0).into())],
+        );
+        for keys in [young, bulk] {
+            let Ok(MaterialSpec::Elastoplastic(elastic, _)) = keys.resolve(1e-9) else {
+                panic!("{keys:?}")
+            };
+            assert!(
+                close(elastic.lambda, 4e9) && close(elastic.mu, 4e9) && close(elastic.kappa, 4e8),
+                "{elastic:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn cohesion_becomes_the_strength_of_the_cone() {
+        let none = serde_json::Value::Null;
+        let keys = with(
+            layer(),
+            &[
+                ("yield_strength", none),
+                ("cohesion", 100e3.into()),
+                ("friction_angle", 30.0.into()),
+            ],
+        );
+        let Ok(MaterialSpec::Elastoplastic(_, plastic)) = keys.resolve(1e-9) else {
+            panic!()
+        };
+        assert!(
+            close(plastic.yield_strength, 6.0 * 100e3 * 30_f64.to_radians().cos() / 2.5),
+            "{plastic:?}"
+        );
+    }
+
+    #[test]
+    fn problems_are_reported_on_the_keys_that_were_typed() {
+        assert_eq!(
+            reported(&with(layer(), &[("shear_modulus", (-1.0).into())])),
+            ["shear_modulus"]
+        );
+        assert_eq!(
+            reported(&with(layer(), &[("lame_lambda", (-3e9).into())])),
+            ["lame_lambda"]
+        );
+        assert_eq!(
+            reported(&with(layer(), &[("poisson_ratio", 0.6.into())])),
+            ["poisson_ratio", "poisson_ratio"]
+        );
+        assert_eq!(
+            reported(&with(layer(), &[("torsion_length", 0.1.into())])),
+            ["bounded_stiffness"]
+        );
+        assert_eq!(
+            reported(&with(layer(), &[("friction_angle", 90.0.into())])),
+            ["friction_angle"]
+        );
+        assert_eq!(
+            reported(&with(layer(), &[("cohesion", 1.0.into())])),
+            ["yield_strength"]
+        );
+        assert_eq!(
+            reported(&with(layer(), &[("law", "von_mises".into())])),
+            ["friction_angle", "dilatancy_angle"]
+        );
+        let wrong = [
+            ("coupling_modulus", (-1.0).into()),
+            ("plastic_length", 0.0.into()),
+            ("density", 0.0.into()),
+        ];
+        assert_eq!(
+            reported(&with(layer(), &wrong)),
+            ["density", "coupling_modulus", "plastic_length"]
+        );
+        assert_eq!(reported(&keys(serde_json::json!({"law": "elastic"}))), ["", "", ""]);
+    }
+
+    #[test]
+    fn indefinite_curvature_is_refused() {
+        let none = serde_json::Value::Null;
+        let typed = |alpha: f64, beta: f64, gamma: f64| {
+            let cleared = [("bounded_stiffness", none.clone()), ("bending_length", none.clone())];
+            let set = [("alpha", alpha.into()), ("beta", beta.into()), ("gamma", gamma.into())];
+            with(layer(), &[cleared.as_slice(), set.as_slice()].concat())
+        };
+        assert!(typed(-2.0, 0.0, 3.0).resolve(1e-9).is_ok());
+        assert_eq!(reported(&typed(-2.1, 0.0, 3.0)), ["alpha"]);
+        assert_eq!(reported(&typed(0.0, -3.1, 3.0)), ["beta"]);
+        assert_eq!(reported(&typed(0.0, 0.0, -3.0)), ["gamma"]);
+    }
 }

@@ -1,0 +1,199 @@
+//! The command line.
+
+use clap::{Args, CommandFactory, Parser, Subcommand};
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+/// Commands of the program: without one, a configuration is run.
+#[derive(Debug, Parser)]
+#[command(name = "mpm-petsc", about, disable_version_flag = true)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+struct CommandLine {
+    #[command(subcommand)]
+    command: Option<CommandName>,
+    #[command(flatten)]
+    run: Option<RunArguments>,
+    /// Print the versions of the program, PETSc, MPI and HDF5
+    #[arg(long, short = 'V', exclusive = true)]
+    version: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum CommandName {
+    /// Run a configuration (the default)
+    Run(RunArguments),
+    /// Read and validate a configuration, print what would be solved; nothing is run
+    Check(CheckArguments),
+}
+
+/// Arguments of a run.
+#[derive(Clone, Debug, PartialEq, Eq, Args)]
+pub struct RunArguments {
+    /// Configuration (YAML)
+    #[arg(value_name = "CONFIG.yaml")]
+    pub config: String,
+    /// Result folder, instead of the one that the configuration names
+    #[arg(long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Override one key of the configuration; list entries by index from 0
+    #[arg(long = "set", value_name = "A.B.C=VALUE", value_parser = assignment)]
+    pub set: Vec<String>,
+    /// Print nothing but problems
+    #[arg(long)]
+    pub quiet: bool,
+    /// Options for PETSc, after `--`
+    #[arg(last = true, value_name = "PETSC_OPTIONS")]
+    pub petsc_options: Vec<String>,
+}
+
+/// Arguments of a check.
+#[derive(Clone, Debug, PartialEq, Eq, Args)]
+pub struct CheckArguments {
+    /// Configuration (YAML)
+    #[arg(value_name = "CONFIG.yaml")]
+    pub config: String,
+    /// Override one key of the configuration; list entries by index from 0
+    #[arg(long = "set", value_name = "A.B.C=VALUE", value_parser = assignment)]
+    pub set: Vec<String>,
+}
+
+/// What the user asks for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Command {
+    Run(RunArguments),
+    Check(CheckArguments),
+    /// Print versions.
+    Version,
+}
+
+/// A text to print instead of doing anything.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Exit {
+    pub message: String,
+    /// 0 for help, on standard output; 2 for a wrong command line, on standard error.
+    pub code: i32,
+}
+
+impl RunArguments {
+    /// Overrides of the configuration, `--output` among them.
+    pub fn overrides(&self) -> Vec<String> {
+        let directory = self.output.as_ref().map(|folder| {
+            let quoted = serde_json::Value::from(folder.to_string_lossy().into_owned());
+            format!("output.directory={quoted}")
+        });
+        self.set.iter().cloned().chain(directory).collect()
+    }
+}
+
+/// Reads the arguments of the process, the name of the program first. Prints nothing, so that one rank can.
+///
+/// # Errors
+/// The text and exit code to end with: for help, and for a wrong command line.
+pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Command, Exit> {
+    let line = CommandLine::try_parse_from(arguments).map_err(|error| {
+        let code = if error.use_stderr() { 2 } else { 0 };
+        Exit {
+            message: error.render().to_string(),
+            code,
+        }
+    })?;
+    match line {
+        CommandLine { version: true, .. } => Ok(Command::Version),
+        CommandLine {
+            command: Some(CommandName::Run(run)),
+            ..
+        }
+        | CommandLine {
+            run: Some(run),
+            command: None,
+            ..
+        } => Ok(Command::Run(run)),
+        CommandLine {
+            command: Some(CommandName::Check(check)),
+            ..
+        } => Ok(Command::Check(check)),
+        CommandLine {
+            command: None,
+            run: None,
+            ..
+        } => {
+            let usage = CommandLine::command().render_usage();
+            Err(Exit {
+                message: format!("error: no configuration is given\n\n{usage}\n"),
+                code: 2,
+            })
+        }
+    }
+}
+
+fn assignment(text: &str) -> Result<String, String> {
+    match text.split_once('=') {
+        Some((key, _)) if !key.trim().is_empty() => Ok(text.to_owned()),
+        _ => Err("it has the form KEY.KEY=VALUE".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(line: &str) -> Result<Command, Exit> {
+        parse(line.split_whitespace().map(OsString::from))
+    }
+
+    fn run(line: &str) -> RunArguments {
+        let Ok(Command::Run(run)) = read(line) else {
+            panic!("{line}: {:?}", read(line))
+        };
+        run
+    }
+
+    #[test]
+    fn a_configuration_alone_is_run() {
+        let line = "mpm-petsc a.yaml --set x.y=1 --output out/b --set z=2 --quiet -- -ksp_type gmres -log_view";
+        let arguments = run(line);
+        assert_eq!(arguments, run(&line.replace("mpm-petsc", "mpm-petsc run")));
+        assert_eq!(arguments.config, "a.yaml");
+        assert_eq!(arguments.overrides(), ["x.y=1", "z=2", "output.directory=\"out/b\""]);
+        assert!(arguments.quiet);
+        assert_eq!(arguments.petsc_options, ["-ksp_type", "gmres", "-log_view"]);
+        assert_eq!(run("mpm-petsc --set x=1 a.yaml").config, "a.yaml");
+    }
+
+    #[test]
+    fn check_and_version_are_recognised() {
+        let Ok(Command::Check(check)) = read("mpm-petsc check a.yaml --set x=1") else {
+            panic!()
+        };
+        assert_eq!(
+            (check.config.as_str(), check.set.as_slice()),
+            ("a.yaml", ["x=1".to_owned()].as_slice())
+        );
+        assert_eq!(read("mpm-petsc --version"), Ok(Command::Version));
+    }
+
+    #[test]
+    fn wrong_command_lines_end_with_code_two_and_a_message() {
+        let wrong = [
+            "mpm-petsc",
+            "mpm-petsc run",
+            "mpm-petsc check",
+            "mpm-petsc a.yaml b.yaml",
+            "mpm-petsc a.yaml --sett x=1",
+            "mpm-petsc a.yaml --set x",
+            "mpm-petsc a.yaml --set =1",
+            "mpm-petsc a.yaml --set",
+            "mpm-petsc a.yaml --output",
+            "mpm-petsc a.yaml -ksp_type gmres",
+            "mpm-petsc --version a.yaml",
+            "mpm-petsc check a.yaml -- -log_view",
+        ];
+        for line in wrong {
+            let exit = read(line).expect_err(line);
+            assert_eq!(exit.code, 2, "{line}");
+            assert!(exit.message.starts_with("error: "), "{line}: {}", exit.message);
+            assert_eq!(exit.message.matches("error:").count(), 1, "{line}: {}", exit.message);
+        }
+        assert_eq!(read("mpm-petsc --help").unwrap_err().code, 0);
+    }
+}

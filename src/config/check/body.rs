@@ -1,0 +1,119 @@
+//! Bodies and where their points come from.
+
+use super::Check;
+use super::grid::axis_path;
+use crate::config::file::{BodyKeys, PlacementName, ShapeKeys};
+use crate::config::path::Path;
+use crate::grid::region::Shape;
+use crate::scene::{Body, PointSource};
+
+/// More points per cell and axis than this are a slip of the pen.
+const MAXIMUM_POINTS: usize = 64;
+
+impl Check<'_> {
+    pub(super) fn bodies(&mut self) -> Option<Vec<Body>> {
+        let config = self.config;
+        let section = Path::root().key("bodies");
+        self.names(&section, config.bodies.iter().map(|body| Some(body.name.as_str())));
+        let some = self.require(
+            !config.bodies.is_empty(),
+            &section,
+            "there is no body",
+            "one body or more",
+        );
+        let bodies: Vec<_> = config
+            .bodies
+            .iter()
+            .enumerate()
+            .map(|(index, keys)| self.body(&section.index(index), keys))
+            .collect();
+        bodies.into_iter().collect::<Option<_>>().filter(|_| some)
+    }
+
+    fn body(&mut self, path: &Path, keys: &BodyKeys) -> Option<Body> {
+        let config = self.config;
+        let known: Vec<_> = config.materials.keys().map(String::as_str).collect();
+        let material = self.lookup(&path.key("material"), &keys.material, "material", "materials", &known);
+        let PlacementName::Even = keys.placement;
+        let points = match &keys.shape {
+            ShapeKeys::Points(file) => {
+                let place = path.key("points_per_cell");
+                let message = "the points of this body come from a file";
+                self.require(
+                    keys.points_per_cell.is_none(),
+                    &place,
+                    message,
+                    "no points_per_cell with a file",
+                );
+                self.point_file(&path.key("shape").key("points").key("file"), file)
+                    .map(PointSource::List)
+            }
+            shape => self.lattice(path, keys, shape),
+        };
+        Some(Body {
+            name: keys.name.clone(),
+            material: material?,
+            points: points?,
+        })
+    }
+
+    fn lattice(&mut self, path: &Path, keys: &BodyKeys, shape: &ShapeKeys) -> Option<PointSource> {
+        let place = path.key("shape");
+        let shape = self.shape(&place, shape);
+        if let Some(shape) = &shape {
+            self.inside_grid(&place, shape);
+        }
+        let points_per_cell = self.points_per_cell(&path.key("points_per_cell"), keys);
+        Some(PointSource::Lattice {
+            shape: shape?,
+            points_per_cell: points_per_cell?,
+        })
+    }
+
+    fn points_per_cell(&mut self, path: &Path, keys: &BodyKeys) -> Option<[usize; 3]> {
+        let bounds = format!("a whole number from 1 to {MAXIMUM_POINTS}");
+        let Some(given) = &keys.points_per_cell else {
+            self.report(path, "this key is missing", bounds);
+            return None;
+        };
+        let numbers = self.per_axis(path, given)?;
+        let mut points = [1; 3];
+        let mut right = true;
+        for (axis, number) in numbers.into_iter().enumerate() {
+            points[axis] = number;
+            let message = format!("{number} is out of bounds");
+            let holds = (1..=MAXIMUM_POINTS).contains(&number);
+            right &= self.require(holds, &axis_path(path, given, axis), message, bounds.clone());
+        }
+        right.then_some(points)
+    }
+
+    /// A body must not reach beyond the grid, as far as its bounds tell.
+    fn inside_grid(&mut self, path: &Path, shape: &Shape) {
+        let Some(grid) = self.grid.clone() else { return };
+        let (low, high) = shape.bounds();
+        for axis in 0..self.kinematics.dimension() {
+            let size = grid.cell_size[axis];
+            let (min, max) = (grid.min[axis], grid.min[axis] + grid.cells[axis] as f64 * size);
+            let tolerance = 1e-9 * size * grid.cells[axis] as f64;
+            // A shape without end along an axis is cut by the grid on purpose; loose bounds only tell when all is outside.
+            let beyond = |end: f64, over: bool| end.is_finite() && over && shape.has_tight_bounds();
+            let sticks_out =
+                beyond(low[axis], low[axis] < min - tolerance) || beyond(high[axis], high[axis] > max + tolerance);
+            let misses = low[axis] >= max || high[axis] <= min || low[axis] >= high[axis];
+            let name = ["x", "y", "z"][axis];
+            let message = format!(
+                "the body reaches from {} to {} along {name}, beyond the grid",
+                low[axis], high[axis]
+            );
+            if !self.require(
+                !(sticks_out || misses),
+                path,
+                message,
+                format!("a body between {min} and {max}"),
+            ) {
+                return;
+            }
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! Conditions on nodes of the grid.
+
+use super::Check;
+use super::shape::axis_index;
+use crate::config::file::{BoundaryKeys, FaceKeys, FaceName, ScalarOr};
+use crate::config::path::Path;
+use crate::scene::{Boundary, Component, GridPlane};
+use crate::scene::{Kinematics, NodeSet};
+
+impl Check<'_> {
+    pub(super) fn boundaries(&mut self) -> Option<Vec<Boundary>> {
+        let config = self.config;
+        let section = Path::root().key("boundary");
+        self.names(
+            &section,
+            config.boundary.iter().map(|boundary| boundary.name.as_deref()),
+        );
+        let boundaries: Vec<_> = config
+            .boundary
+            .iter()
+            .enumerate()
+            .map(|(index, keys)| self.boundary(&section.index(index), keys))
+            .collect();
+        boundaries.into_iter().collect()
+    }
+
+    fn boundary(&mut self, path: &Path, keys: &BoundaryKeys) -> Option<Boundary> {
+        let plane = self.face(&path.key("face"), &keys.face);
+        let within = keys
+            .within
+            .as_ref()
+            .map(|within| self.shape(&path.key("within"), within));
+        let fix = self.fixed(&path.key("fix"), &keys.fix);
+        let moves = self.moves(&path.key("move"), keys);
+        let stage = self.stage(path, keys.stage.as_deref());
+        let idle = keys.fix.is_empty() && keys.moves.is_empty();
+        self.require(
+            !idle,
+            path,
+            "the condition neither fixes nor moves anything",
+            "fix, move or both",
+        );
+        let within = match within {
+            Some(shape) => Some(shape?),
+            None => None,
+        };
+        Some(Boundary {
+            name: keys.name.clone().unwrap_or_else(|| path.to_string()),
+            place: NodeSet { plane: plane?, within },
+            fix: fix?,
+            moves: moves?,
+            stage: stage?,
+        })
+    }
+
+    /// A plane of nodes, or `Some(None)` for all nodes.
+    fn face(&mut self, path: &Path, face: &FaceKeys) -> Option<Option<GridPlane>> {
+        let (axis, place) = match face {
+            ScalarOr::Scalar(FaceName::All) => return self.sound(path).then_some(None),
+            ScalarOr::Scalar(name) => (face_axis(*name).0, path.clone()),
+            ScalarOr::Collection(plane) => (axis_index(plane.axis), path.key("axis")),
+        };
+        let exists = axis < self.kinematics.dimension();
+        if !self.require(
+            exists,
+            &place,
+            "plane strain has no axis z",
+            "x_min, x_max, y_min, y_max, all, {axis: x, at: ..}",
+        ) || !self.sound(path)
+        {
+            return None;
+        }
+        let index = match face {
+            ScalarOr::Scalar(name) => {
+                let cells = self.grid.as_ref()?.cells[axis];
+                if face_axis(*name).1 > 0.0 { cells } else { 0 }
+            }
+            ScalarOr::Collection(plane) => self.node_plane(&path.key("at"), axis, plane.at)?,
+        };
+        Some(Some(GridPlane { axis, index }))
+    }
+
+    pub(super) fn component(&mut self, path: &Path, name: &str) -> Option<Component> {
+        let known = self.kinematics.unknowns();
+        let found = known.iter().position(|candidate| *candidate == name);
+        if found.is_none() {
+            let (hint, expected) = match (self.kinematics, name) {
+                (Kinematics::PlaneStrain, "uz" | "rx" | "ry") => (" in plane strain".to_owned(), known.join(", ")),
+                _ => {
+                    let suggestion = crate::config::nearest::nearest(name, known.iter().copied());
+                    (crate::config::nearest::did_you_mean(suggestion), known.join(", "))
+                }
+            };
+            let message = format!("there is no component \"{}\"{hint}", crate::config::tree::shorten(name));
+            self.report(path, message, expected);
+        }
+        found.filter(|_| self.sound(path))
+    }
+
+    fn fixed(&mut self, path: &Path, names: &[String]) -> Option<Vec<Component>> {
+        let mut components = Vec::new();
+        let mut right = true;
+        for (index, name) in names.iter().enumerate() {
+            let Some(component) = self.component(&path.index(index), name) else {
+                right = false;
+                continue;
+            };
+            let message = format!("{name} is fixed twice");
+            right &= self.require(
+                !components.contains(&component),
+                &path.index(index),
+                message,
+                "each component once",
+            );
+            components.push(component);
+        }
+        right.then_some(components)
+    }
+
+    fn moves(&mut self, path: &Path, keys: &BoundaryKeys) -> Option<Vec<(Component, f64)>> {
+        let mut moves = Vec::new();
+        let mut right = true;
+        for (name, total) in &keys.moves {
+            let place = path.key(name);
+            let free = !keys.fix.contains(name);
+            right &= self.require(
+                free,
+                &place,
+                format!("{name} is fixed and moved"),
+                "each component fixed or moved",
+            );
+            match self.component(&place, name) {
+                Some(component) => moves.push((component, *total)),
+                None => right = false,
+            }
+        }
+        let rotations = moves
+            .iter()
+            .filter(|(component, _)| *component >= self.kinematics.dimension())
+            .count();
+        let message = "a prescribed rotation is about one fixed axis";
+        right &= self.require(rotations <= 1, path, message, "one of rx, ry and rz");
+        moves.sort_by_key(|(component, _)| *component);
+        right.then_some(moves)
+    }
+}
+
+/// Axis and sign of the outward normal of a face of the grid.
+pub(super) fn face_axis(face: FaceName) -> (usize, f64) {
+    match face {
+        FaceName::XMin => (0, -1.0),
+        FaceName::XMax | FaceName::All => (0, 1.0),
+        FaceName::YMin => (1, -1.0),
+        FaceName::YMax => (1, 1.0),
+        FaceName::ZMin => (2, -1.0),
+        FaceName::ZMax => (2, 1.0),
+    }
+}

@@ -1,0 +1,80 @@
+//! Selections of material points.
+
+use super::Check;
+use super::boundary::face_axis;
+use crate::config::file::{FaceName, LayerKeys, SelectionKeys};
+use crate::config::path::Path;
+use crate::scene::Selection;
+
+impl Check<'_> {
+    pub(super) fn selection(&mut self, path: &Path, keys: &SelectionKeys) -> Option<Selection> {
+        match keys {
+            SelectionKeys::Nearest(position) => self.vector(&path.key("nearest"), position).map(Selection::Nearest),
+            SelectionKeys::Layer(layer) => self.layer(&path.key("layer"), layer),
+            SelectionKeys::Within(shape) => self.shape(&path.key("within"), shape).map(Selection::Within),
+            SelectionKeys::Load(name) => self.load_with_points(&path.key("load"), name).map(Selection::Load),
+        }
+    }
+
+    fn layer(&mut self, path: &Path, keys: &LayerKeys) -> Option<Selection> {
+        let config = self.config;
+        let known: Vec<_> = config.bodies.iter().map(|body| body.name.as_str()).collect();
+        let body = self.lookup(&path.key("body"), &keys.body, "body", "bodies", &known);
+        let direction = match (keys.face, &keys.direction) {
+            (Some(face), None) => self.face_direction(&path.key("face"), face),
+            (None, Some(direction)) => self.direction(&path.key("direction"), direction),
+            _ => {
+                self.report(path, "a layer is found by one direction", "either face or direction");
+                None
+            }
+        };
+        Some(Selection::Layer {
+            body: body?,
+            direction: direction?,
+        })
+    }
+
+    fn face_direction(&mut self, path: &Path, face: FaceName) -> Option<[f64; 3]> {
+        let (axis, sign) = face_axis(face);
+        let exists = face != FaceName::All && axis < self.kinematics.dimension();
+        let axes = &["x_min, x_max", "y_min, y_max", "z_min, z_max"][..self.kinematics.dimension()];
+        let right = self.require(exists, path, "no layer of points lies there", axes.join(", "));
+        let mut direction = [0.0; 3];
+        direction[axis] = sign;
+        (right && self.sound(path)).then_some(direction)
+    }
+
+    fn direction(&mut self, path: &Path, direction: &[f64]) -> Option<[f64; 3]> {
+        let direction = self.vector(path, direction)?;
+        let length = direction.iter().map(|value| value * value).sum::<f64>().sqrt();
+        let right = self.require(
+            length > 0.0,
+            path,
+            "the direction is zero",
+            "a direction of any length but zero",
+        );
+        right.then(|| direction.map(|value| value / length))
+    }
+
+    /// The index of a named load that acts on selected points.
+    fn load_with_points(&mut self, path: &Path, name: &str) -> Option<usize> {
+        let index = self.named_load(path, name)?;
+        let has_points = self.config.loads[index].at.is_some();
+        let message = format!("the load \"{name}\" acts on no selected points");
+        self.require(has_points, path, message, "a load of force or couple")
+            .then_some(index)
+    }
+
+    /// The index of a named load.
+    pub(super) fn named_load(&mut self, path: &Path, name: &str) -> Option<usize> {
+        let config = self.config;
+        let named = config
+            .loads
+            .iter()
+            .enumerate()
+            .filter_map(|(index, load)| Some((index, load.name.as_deref()?)));
+        let (indices, names): (Vec<_>, Vec<_>) = named.unzip();
+        self.lookup(path, name, "load", "loads", &names)
+            .map(|found| indices[found])
+    }
+}

@@ -1,0 +1,553 @@
+//! What a user may type: the keys of a configuration, their units and their defaults.
+//!
+//! These structs take whatever has the right form; `check` decides what makes sense. All values are in SI units, angles in
+//! degrees, rotations in radians. A key without a value counts as not given.
+
+use super::decode::SCALAR_OR;
+use crate::material::spec::MaterialKeys;
+use serde::de::{Deserializer, Visitor};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fmt;
+use std::marker::PhantomData;
+
+/// A configuration.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ConfigFile {
+    /// What the run is about; shown in its output.
+    #[serde(default)]
+    pub title: String,
+    /// Kinematics, continuum and method.
+    pub model: ModelKeys,
+    /// The background grid.
+    pub grid: GridKeys,
+    /// Materials by name.
+    pub materials: BTreeMap<String, MaterialKeys>,
+    /// Bodies, made of material points; at least one.
+    pub bodies: Vec<BodyKeys>,
+    /// Changes of properties where a shape holds; they apply in order.
+    #[serde(default)]
+    pub regions: Vec<RegionKeys>,
+    /// Conditions on nodes of the grid.
+    #[serde(default)]
+    pub boundary: Vec<BoundaryKeys>,
+    /// Weights, forces and couples.
+    #[serde(default)]
+    pub loads: Vec<LoadKeys>,
+    /// Stages of the analysis, in order; at least one.
+    pub stages: Vec<StageKeys>,
+    /// Tolerances and the choice of solver.
+    #[serde(default)]
+    pub solver: SolverKeys,
+    /// Remedies for cells that hold little material; none unless set.
+    #[serde(default)]
+    pub stabilisation: StabilisationKeys,
+    /// What the run writes, and where.
+    #[serde(default)]
+    pub output: OutputKeys,
+}
+
+/// Kinematics, continuum and method.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModelKeys {
+    /// Plane strain has two coordinates and a thickness of 1 m.
+    pub kinematics: KinematicsName,
+    /// Which fields the body has.
+    #[serde(default)]
+    pub continuum: ContinuumName,
+    /// How the body is discretised.
+    #[serde(default)]
+    pub method: MethodName,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum KinematicsName {
+    PlaneStrain,
+    ThreeDimensional,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ContinuumName {
+    /// Displacement and independent rotation.
+    #[default]
+    Micropolar,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MethodName {
+    /// Material points on a background grid.
+    #[default]
+    Mpm,
+}
+
+/// The background grid, aligned with the axes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GridKeys {
+    /// Lowest corner [m], one number per axis.
+    pub min: Vec<f64>,
+    /// Highest corner [m], one number per axis.
+    pub max: Vec<f64>,
+    /// Edge of a cell [m], > 0: one number or one per axis. It must divide the extent. Either this or `cells`.
+    pub cell_size: Option<OneOrPerAxis<f64>>,
+    /// Number of cells per axis, 1 or more. Either this or `cell_size`.
+    pub cells: Option<OneOrPerAxis<usize>>,
+    /// Shape functions.
+    #[serde(default)]
+    pub basis: BasisName,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BasisName {
+    /// Hat functions at the centres of the points (standard MPM).
+    Linear,
+    /// Hat functions averaged over the domains of the points (GIMPM).
+    #[default]
+    Gimp,
+}
+
+/// A body of one material.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BodyKeys {
+    /// Name for selections and output; each body has its own.
+    pub name: String,
+    /// Name of its material.
+    pub material: String,
+    /// What it fills in the initial state.
+    pub shape: ShapeKeys,
+    /// Points per cell along an axis, 1 to 64: one number or one per axis. Not with a shape of `points`, which needs none.
+    pub points_per_cell: Option<OneOrPerAxis<usize>>,
+    /// Where in a cell the points are.
+    #[serde(default)]
+    pub placement: PlacementName,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PlacementName {
+    /// At the centres of equal parts of the cell.
+    #[default]
+    Even,
+}
+
+/// A change of properties where a shape holds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RegionKeys {
+    /// Points whose centre is inside are changed.
+    pub within: ShapeKeys,
+    /// Factors by name of the key of the material; materials that do not set a key are left as they are.
+    pub scale: BTreeMap<String, f64>,
+}
+
+/// A condition on nodes of the grid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoundaryKeys {
+    /// Name for `output.history`; each condition that has one has its own.
+    pub name: Option<String>,
+    /// A face of the grid, a plane `{axis: x, at: 0.0}`, or `all` nodes.
+    pub face: FaceKeys,
+    /// Only nodes inside this shape.
+    pub within: Option<ShapeKeys>,
+    /// Components whose increment is zero: `ux`, `uy`, `uz`, `rx`, `ry`, `rz`.
+    #[serde(default)]
+    pub fix: Vec<String>,
+    /// Totals of components, reached linearly over the stage and held afterwards [m, rad].
+    #[serde(default, rename = "move")]
+    pub moves: BTreeMap<String, f64>,
+    /// Stage from which it acts and over which it moves; the first one unless set.
+    pub stage: Option<String>,
+}
+
+/// A face of the grid by name, or a plane of its nodes.
+pub type FaceKeys = ScalarOr<FaceName, PlaneKeys>;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FaceName {
+    XMin,
+    XMax,
+    YMin,
+    YMax,
+    ZMin,
+    ZMax,
+    /// All nodes.
+    All,
+}
+
+/// A plane of nodes of the grid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlaneKeys {
+    /// Normal of the plane.
+    pub axis: AxisName,
+    /// Coordinate along the axis [m]; nodes must lie there.
+    pub at: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AxisName {
+    X,
+    Y,
+    Z,
+}
+
+/// A load: exactly one of `specific_weight`, `gravity`, `force` and `couple`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LoadKeys {
+    /// Name for `load_factor` and for selections; each load that has one has its own.
+    pub name: Option<String>,
+    /// Weight per reference volume [N/m3], one number per axis.
+    pub specific_weight: Option<Vec<f64>>,
+    /// Acceleration [m/s2], one number per axis; the materials of all bodies need a `density`.
+    pub gravity: Option<Vec<f64>>,
+    /// Total force [N], one number per axis, shared equally by the points selected with `at`.
+    pub force: Option<Vec<f64>>,
+    /// Total couple [N m], shared likewise: three numbers, or in plane strain the one about z.
+    pub couple: Option<OneOrPerAxis<f64>>,
+    /// Points that carry a force or couple.
+    pub at: Option<SelectionKeys>,
+    /// Stage over which it ramps up; the first one unless set.
+    pub stage: Option<String>,
+}
+
+/// A set of material points, found in the initial state.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SelectionKeys {
+    /// The point nearest to a position [m].
+    Nearest(Vec<f64>),
+    /// The points of a body that lie farthest in a direction.
+    Layer(LayerKeys),
+    /// The points whose centre is inside a shape.
+    Within(ShapeKeys),
+    /// The points that a named load acts on.
+    Load(String),
+}
+
+/// The points of a body that lie farthest in a direction: either `face` or `direction`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LayerKeys {
+    /// Name of the body.
+    pub body: String,
+    /// Towards a face of the grid: `x_min` to `z_max`.
+    pub face: Option<FaceName>,
+    /// Any direction, one number per axis, not zero.
+    pub direction: Option<Vec<f64>>,
+}
+
+/// A region of space. A point on its boundary counts as outside, a node as inside.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ShapeKeys {
+    Box(BoxKeys),
+    Ball(BallKeys),
+    Cylinder(CylinderKeys),
+    RingSector(RingSectorKeys),
+    Polygon(PolygonKeys),
+    /// Material points read from a file: only as the shape of a body.
+    Points(PointsKeys),
+    /// What all of the shapes hold.
+    All(Vec<ShapeKeys>),
+    /// What any of the shapes holds.
+    Any(Vec<ShapeKeys>),
+    /// What the shape does not hold.
+    Not(Box<ShapeKeys>),
+}
+
+/// A box, aligned with the axes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoxKeys {
+    /// Lowest corner [m], one number per axis.
+    pub min: Vec<f64>,
+    /// Highest corner [m], one number per axis.
+    pub max: Vec<f64>,
+}
+
+/// A ball; a disc in plane strain.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BallKeys {
+    /// Centre [m], one number per axis.
+    pub centre: Vec<f64>,
+    /// Radius [m], > 0.
+    pub radius: f64,
+}
+
+/// A circular cylinder; in plane strain a disc, and then `axis`, `min` and `max` are not given.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CylinderKeys {
+    /// Axis of the cylinder.
+    pub axis: Option<AxisName>,
+    /// A point of the axis [m], one number per axis.
+    pub centre: Vec<f64>,
+    /// Radius [m], > 0.
+    pub radius: f64,
+    /// Lower end, a coordinate along the axis [m].
+    pub min: Option<f64>,
+    /// Upper end, a coordinate along the axis [m].
+    pub max: Option<f64>,
+}
+
+/// A sector of a ring; in plane strain `axis`, `min` and `max` are not given.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RingSectorKeys {
+    /// Axis of the ring.
+    pub axis: Option<AxisName>,
+    /// A point of the axis [m], one number per axis.
+    pub centre: Vec<f64>,
+    /// Inner radius [m], >= 0.
+    pub inner_radius: f64,
+    /// Outer radius [m], larger than the inner one.
+    pub outer_radius: f64,
+    /// Where the sector begins [degrees], counter-clockwise about the axis seen against it: axis z from +x towards y,
+    /// x from +y towards z, y from +z towards x.
+    pub from_angle: f64,
+    /// Where the sector ends [degrees]: beyond its begin by at most 360.
+    pub to_angle: f64,
+    /// Lower end, a coordinate along the axis [m].
+    pub min: Option<f64>,
+    /// Upper end, a coordinate along the axis [m].
+    pub max: Option<f64>,
+}
+
+/// A polygon in the plane of x and y; in three dimensions extruded from `min` to `max`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PolygonKeys {
+    /// Corners `[x, y]` in order [m], three or more.
+    pub vertices: Vec<Vec<f64>>,
+    /// Lower end along z [m].
+    pub min: Option<f64>,
+    /// Upper end along z [m].
+    pub max: Option<f64>,
+}
+
+/// Material points read from a file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PointsKeys {
+    /// CSV file, relative to the configuration: position, volume, half-lengths of the domain (`x, y, volume, lx, ly`, or
+    /// `x, y, z, volume, lx, ly, lz`) in m and m3; a first line of names and lines that begin with `#` are passed over.
+    pub file: String,
+}
+
+/// A stage of the analysis.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StageKeys {
+    /// Name for `stage` of boundaries and loads; each stage has its own.
+    pub name: String,
+    /// Number of equal steps, 1 or more: the largest step.
+    pub steps: usize,
+    /// How often a failed step may be halved, 0 to 40.
+    #[serde(default = "default_halvings")]
+    pub max_halvings: u32,
+}
+
+fn default_halvings() -> u32 {
+    12
+}
+
+/// Tolerances and the choice of solver.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SolverKeys {
+    /// Out-of-balance force over external and support force, > 0 and < 1.
+    pub force_tolerance: f64,
+    /// Work of the out-of-balance force on the last correction [J], > 0; off unless set.
+    pub energy_tolerance: Option<f64>,
+    /// Residual of the local iteration of a plastic law, > 0 and < 1.
+    pub return_map_tolerance: f64,
+    /// Newton iterations before a step is cut, 1 or more.
+    pub max_iterations: usize,
+    /// Linear solver.
+    pub method: SolverMethodName,
+    /// How the grid is shared among the ranks.
+    pub partitioner: PartitionerName,
+    /// Options for PETSc, as on its command line.
+    pub petsc_options: String,
+}
+
+impl Default for SolverKeys {
+    fn default() -> SolverKeys {
+        SolverKeys {
+            force_tolerance: 1e-9,
+            energy_tolerance: None,
+            return_map_tolerance: 1e-9,
+            max_iterations: 15,
+            method: SolverMethodName::Auto,
+            partitioner: PartitionerName::Auto,
+            petsc_options: String::new(),
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SolverMethodName {
+    /// Direct.
+    Auto,
+    Direct,
+    Iterative,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum PartitionerName {
+    Auto,
+    Metis,
+    PtScotch,
+    ParMetis,
+}
+
+/// Remedies for cells that hold little material.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct StabilisationKeys {
+    /// Ghost penalty on faces of cells at the edge of the body.
+    pub ghost: Option<GhostKeys>,
+}
+
+/// Ghost penalty.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GhostKeys {
+    /// Factor for translations, gamma_g1 [Pa], >= 0.
+    pub translation: f64,
+    /// Factor for rotations, gamma_g2 [N], >= 0.
+    pub rotation: f64,
+    /// Power of the cell size.
+    #[serde(default)]
+    pub scaling: GhostScalingName,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum GhostScalingName {
+    /// h^3 / 3, as printed by O'Hare (2025).
+    #[default]
+    Paper,
+    /// h / 3, which has the units of a stiffness.
+    Stiffness,
+}
+
+/// What the run writes, and where.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct OutputKeys {
+    /// Result folder; `results/NAME_OF_THE_FILE` unless set.
+    pub directory: Option<String>,
+    /// Snapshots of the material points; the first and the last state are always written.
+    pub snapshots: Option<EveryKeys>,
+    /// Columns of `history.csv`.
+    pub history: Vec<HistoryKeys>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EveryKeys {
+    /// Number of steps between two of them, 1 or more.
+    pub every: usize,
+}
+
+/// A column of `history.csv`, or one per component: exactly one of the quantities.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HistoryKeys {
+    /// Name of the column, before `_x`, `_y` of its components.
+    pub name: String,
+    /// Force [N] or couple [N m] of the support on the body.
+    pub reaction: Option<BoundaryComponentKeys>,
+    /// Prescribed motion so far [m, rad].
+    pub boundary_motion: Option<BoundaryComponentKeys>,
+    /// Largest value of a field.
+    pub max: Option<FieldName>,
+    /// Smallest value of a field.
+    pub min: Option<FieldName>,
+    /// Mean value of a field.
+    pub mean: Option<FieldName>,
+    /// Load factor of a named load.
+    pub load_factor: Option<String>,
+    /// Points for `max`, `min` and `mean`; all unless set.
+    pub at: Option<SelectionKeys>,
+}
+
+/// A component of a named boundary.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoundaryComponentKeys {
+    /// Name of an entry of `boundary`.
+    pub boundary: String,
+    /// `ux`, `uy`, `uz`, `rx`, `ry` or `rz`.
+    pub component: String,
+}
+
+/// A field of the material points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FieldName {
+    Displacement,
+    Position,
+    Rotation,
+    TwistX,
+    TwistY,
+    TwistZ,
+    Chi,
+    Pressure,
+    VonMises,
+    Stress,
+    CoupleStress,
+    Wryness,
+    Volume,
+}
+
+/// One value, or a list of one per axis.
+pub type OneOrPerAxis<T> = ScalarOr<T, Vec<T>>;
+
+/// A scalar of one type, or a list or mapping of another.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum ScalarOr<S, C> {
+    Scalar(S),
+    Collection(C),
+}
+
+impl<'de, S: Deserialize<'de>, C: Deserialize<'de>> Deserialize<'de> for ScalarOr<S, C> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_newtype_struct(SCALAR_OR, ScalarOrVisitor(PhantomData))
+    }
+}
+
+/// Told by the deserializer of `decode` which of the two stands there.
+struct ScalarOrVisitor<S, C>(PhantomData<(S, C)>);
+
+impl<'de, S: Deserialize<'de>, C: Deserialize<'de>> Visitor<'de> for ScalarOrVisitor<S, C> {
+    type Value = ScalarOr<S, C>;
+
+    fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "one value or several")
+    }
+
+    fn visit_newtype_struct<D: Deserializer<'de>>(self, deserializer: D) -> Result<Self::Value, D::Error> {
+        S::deserialize(deserializer).map(ScalarOr::Scalar)
+    }
+
+    fn visit_some<D: Deserializer<'de>>(self, deserializer: D) -> Result<Self::Value, D::Error> {
+        C::deserialize(deserializer).map(ScalarOr::Collection)
+    }
+}
