@@ -1,3 +1,4 @@
+# shellcheck shell=bash
 # Environment of runs with MPI, to be sourced by the other scripts; what is set already stays.
 
 if [ "$(id -u)" -eq 0 ]; then

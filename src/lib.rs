@@ -1,5 +1,7 @@
 //! Implicit, quasi-static, geometrically exact micropolar (Cosserat) material point method on MPI and PETSc.
 #![deny(unsafe_code)]
+// Units stand in brackets, which rustdoc takes for links.
+#![allow(rustdoc::broken_intra_doc_links)]
 
 pub mod app;
 pub mod assembly;

@@ -59,6 +59,7 @@ fn play(part: &str) -> ExitCode {
     let path = folder.join("points.vtkhdf");
     let outcome = match part {
         "series" => write_series(&world, &path, TIMES.len()),
+        "single" => write_series(&world, &path, 1),
         "few" => write_few(&world, &path),
         "killed" => write_and_die(&world, &path),
         "nowhere" => expect_error(&world, "cannot write", append(&world, &mut Snapshots::new(path), 0)),
@@ -362,6 +363,12 @@ fn few_points_on_many_ranks() -> Outcome {
     check_with_vtk(&file, &["--steps", "3", "--points", "2"])
 }
 
+fn a_single_snapshot_is_read() -> Outcome {
+    let file = launch_well("single", 2)?.join("points.vtkhdf");
+    check_rows(&file, TOTAL, 1, 2)?;
+    check_with_vtk(&file, &["--steps", "1"])
+}
+
 fn a_killed_run_leaves_its_snapshots() -> Outcome {
     let (folder, output) = launch("killed", 2)?;
     if output.status.success() {
@@ -406,13 +413,14 @@ fn redirected_progress_has_no_control_characters() -> Outcome {
 }
 
 fn check_all() -> ExitCode {
-    let cases: [Case; 12] = [
+    let cases: [Case; 13] = [
         ("one rank writes what was meant", || series_is_exact(1)),
         ("two ranks write what was meant", || series_is_exact(2)),
         ("three ranks write what was meant", || series_is_exact(3)),
         ("a picture is drawn", picture_is_drawn),
         ("the checker notices a missing step", checker_notices_a_missing_step),
         ("few points on many ranks", few_points_on_many_ranks),
+        ("a single snapshot is read", a_single_snapshot_is_read),
         ("a killed run leaves its snapshots", a_killed_run_leaves_its_snapshots),
         (
             "an unwritable place is an error everywhere",
