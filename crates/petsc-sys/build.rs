@@ -22,10 +22,10 @@ const FUNCTIONS: &[&str] = &[
     "IS(CreateGeneral|Destroy|GetIndices|RestoreIndices|SetPermutation)",
     "KSP(SetType|GetPC|SetOperators|Solve|GetConvergedReason|GetConvergedReasonString|GetIterationNumber)",
     "PC(SetType|GetType|FactorSetMatSolverType|FactorGetMatSolverType|FactorSetMatOrderingType)",
-    "PCFactorGetMatrix",
+    "PCGetFailedReason|PCFactorGetMatrix|KSPReset",
     "SNES(Create|Destroy|Reset|SetType|SetFunction|SetJacobian|SetConvergenceTest|SetTolerances|SetFromOptions)",
     "SNES(GetKSP|GetLineSearch|Solve|GetConvergedReason|GetConvergedReasonString|GetIterationNumber|GetFunction)",
-    "SNES(GetFunctionNorm|GetLinearSolveIterations|SetFunctionDomainError|SetJacobianDomainError|SetCheckJacobianDomainError|SetConvergedReason|GetSolution)",
+    "SNES(GetFunctionNorm|GetLinearSolveIterations|SetFunctionDomainError|SetConvergedReason|GetSolution)",
     "SNESLineSearch(SetType|SetPreCheck|GetSNES)",
     "METIS_NodeND|METIS_SetDefaultOptions|PetscSysRegisterMetisPartitioning",
 ];
@@ -151,7 +151,8 @@ fn bind(libraries: &Libraries) -> Result<(), String> {
     for variables in VARIABLES {
         builder = builder.allowlist_var(variables);
     }
-    let builder = builder.allowlist_type("rstatus_et|PetscErrorType|KSPConvergedReason|SNESConvergedReason");
+    let builder =
+        builder.allowlist_type("rstatus_et|PetscErrorType|PCFailedReason|KSPConvergedReason|SNESConvergedReason");
     let bindings = builder.generate().map_err(|error| error.to_string())?;
     let directory = PathBuf::from(std::env::var_os("OUT_DIR").ok_or("cargo did not set OUT_DIR")?);
     bindings

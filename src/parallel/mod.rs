@@ -29,15 +29,20 @@ pub struct World {
 
 struct Shared {
     communicator: SimpleCommunicator,
-    // Declared last and so dropped last: it finalises MPI.
-    _universe: Universe,
+    // Dropped last: it finalises MPI.
+    universe: Option<Universe>,
 }
 
 impl Drop for Shared {
     fn drop(&mut self) {
-        if std::thread::panicking() && self.communicator.size() > 1 {
+        if !std::thread::panicking() {
+            return;
+        }
+        if self.communicator.size() > 1 {
             self.communicator.abort(101);
         }
+        // Libraries on top of MPI were not finalised, so MPI must not be either.
+        std::mem::forget(self.universe.take());
     }
 }
 
@@ -49,7 +54,7 @@ impl World {
         Some(World {
             shared: Rc::new(Shared {
                 communicator,
-                _universe: universe,
+                universe: Some(universe),
             }),
         })
     }

@@ -106,13 +106,17 @@ impl Evaluation<'_> {
 
     /// # Safety
     /// `x` is a valid vector of the layout of this solve, and the operator is a valid matrix.
-    unsafe fn jacobian(&mut self, x: sys::Vec, operator: sys::Mat) -> Result<Domain, Stop> {
+    unsafe fn jacobian(&mut self, x: sys::Vec, operator: sys::Mat) -> Result<(), Stop> {
         self.residual_was_last = false;
         // SAFETY: by contract.
         unsafe { self.load(x)? };
         self.matrix.zero()?;
         let answer = self.problem.jacobian(self.unknowns.local(), self.matrix);
-        let domain = self.agree(answer)?;
+        if self.agree(answer)? == Domain::Outside {
+            return Err(Stop::Failed(
+                "the derivative does not exist at a point where the residual does".to_string(),
+            ));
+        }
         self.matrix.assemble()?;
         if let Some(copy) = &mut self.copy {
             copy.refill(self.matrix)?;
@@ -124,7 +128,7 @@ impl Evaluation<'_> {
                 check(sys::MatAssemblyEnd(operator, sys::MAT_FINAL_ASSEMBLY))?;
             }
         }
-        Ok(domain)
+        Ok(())
     }
 
     /// # Safety
@@ -202,25 +206,14 @@ pub(super) unsafe extern "C" fn residual(
 /// # Safety
 /// To be called by PETSc only, with the context of the running solve.
 pub(super) unsafe extern "C" fn jacobian(
-    snes: sys::SNES,
+    _snes: sys::SNES,
     x: sys::Vec,
     operator: sys::Mat,
     _preconditioner: sys::Mat,
     context: *mut c_void,
 ) -> sys::PetscErrorCode {
     // SAFETY: PETSc passes the solver's own objects and the context that was set for this solve.
-    unsafe {
-        let evaluated = guarded(context, |evaluation| {
-            let domain = evaluation.jacobian(x, operator)?;
-            evaluation.out_of_domain = domain == Domain::Outside;
-            Ok(domain)
-        });
-        match evaluated {
-            Ok(Domain::Inside) => 0,
-            Ok(Domain::Outside) => sys::SNESSetJacobianDomainError(snes),
-            Err(code) => code,
-        }
-    }
+    unsafe { guarded(context, |evaluation| evaluation.jacobian(x, operator)).map_or_else(|code| code, |()| 0) }
 }
 
 /// PETSc's convergence test.

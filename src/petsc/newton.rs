@@ -108,7 +108,6 @@ impl Newton {
                 index(options.max_iterations)?,
                 -1,
             ))?;
-            check(sys::SNESSetCheckJacobianDomainError(snes, sys::PETSC_TRUE))?;
             check(sys::SNESGetLineSearch(snes, &mut line_search))?;
             check(sys::SNESLineSearchSetType(line_search, c"bt".as_ptr()))?;
             check(sys::SNESLineSearchSetPreCheck(
@@ -237,7 +236,7 @@ impl Newton {
     }
 
     /// Reads the counters of the last solve.
-    fn outcome(&self, end: End, evaluated_at_solution: bool) -> Result<Outcome, PetscError> {
+    fn outcome(&mut self, end: End, evaluated_at_solution: bool) -> Result<Outcome, PetscError> {
         let (mut iterations, mut linear_iterations, mut residual_norm) = (0, 0, 0.0);
         let (mut code, mut name) = (0, std::ptr::null());
         // SAFETY: the handles and out-pointers are valid; the names are static texts of PETSc.
@@ -254,6 +253,7 @@ impl Newton {
         } else {
             reason
         };
+        self.discard_failed_factors()?;
         Ok(Outcome {
             end,
             iterations: iterations as usize,
@@ -281,6 +281,7 @@ impl Newton {
             check(sys::KSPGetIterationNumber(self.ksp, &mut iterations))?;
         }
         let (succeeded, reason) = self.linear_reason()?;
+        self.discard_failed_factors()?;
         let converged = succeeded && self.solution.norm()?.is_finite();
         if converged {
             self.solution.copy_to(x)?;
@@ -299,8 +300,35 @@ impl Newton {
         unsafe {
             check(sys::KSPGetConvergedReason(self.ksp, &mut code))?;
             check(sys::KSPGetConvergedReasonString(self.ksp, &mut name))?;
-            Ok((code > 0, text(name)))
         }
+        // SAFETY: as above.
+        let name = unsafe { text(name) };
+        let failure = match self.failure_of_preconditioner()? {
+            sys::PC_NOERROR => return Ok((code > 0, name)),
+            sys::PC_FACTOR_STRUCT_ZEROPIVOT => "the pattern is singular",
+            sys::PC_FACTOR_NUMERIC_ZEROPIVOT => "the matrix is singular",
+            sys::PC_FACTOR_OUTMEMORY => "not enough memory or workspace for the factors",
+            _ => "the preconditioner failed",
+        };
+        Ok((code > 0, format!("{name} ({failure})")))
+    }
+
+    /// PETSc's reason for a failed set-up of the preconditioner.
+    fn failure_of_preconditioner(&self) -> Result<sys::PCFailedReason, PetscError> {
+        let mut reason = sys::PC_NOERROR;
+        // SAFETY: the preconditioner is valid as long as `self`, and the out-pointer is valid.
+        check(unsafe { sys::PCGetFailedReason(self.pc, &mut reason) })?;
+        Ok(reason)
+    }
+
+    /// Starts the next factorisation from scratch if the last one failed: PETSc 3.18 would otherwise take MUMPS' old
+    /// error for one of the analysis, skip the factorisation and solve with nothing.
+    fn discard_failed_factors(&mut self) -> Result<(), PetscError> {
+        if self.failure_of_preconditioner()? == sys::PC_NOERROR {
+            return Ok(());
+        }
+        // SAFETY: the handle is valid; operators are set again before every solve.
+        check(unsafe { sys::KSPReset(self.ksp) })
     }
 
     /// The linear solver and the fill-reducing ordering of the last factorisation, in words for a summary.

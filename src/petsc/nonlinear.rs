@@ -25,6 +25,9 @@ pub trait Nonlinear {
     /// Adds this rank's contributions to dr/du at `u`, where the residual was evaluated before.
     ///
     /// The matrix arrives zeroed, and is assembled afterwards.
+    ///
+    /// # Errors
+    /// Only [`Evaluate::Failed`]: the residual exists at `u`, so that [`Evaluate::OutOfDomain`] counts as a failure too.
     fn jacobian(&mut self, u: &[f64], k: &mut BlockMatrix) -> Result<(), Evaluate>;
 
     /// Decides whether to go on. The answer must be the same on every rank.

@@ -15,12 +15,12 @@ use super::vector::index;
 /// Which partitioner divides the graph.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Partitioner {
-    /// PT-Scotch, else ParMETIS, else METIS: the first that this PETSc has.
+    /// METIS: always there, and the same parts from the same graph every time (`docs/decisions/metis.md`).
     #[default]
     Auto,
-    /// METIS' multilevel k-way partitioning on rank 0.
+    /// METIS' multilevel k-way partitioning on rank 0, which holds the whole graph meanwhile.
     Metis,
-    /// PT-Scotch, in parallel.
+    /// PT-Scotch, in parallel; its answer differs from call to call.
     PtScotch,
     /// ParMETIS, in parallel; Debian's PETSc has none.
     ParMetis,
@@ -42,14 +42,14 @@ impl Partitioner {
     /// # Errors
     /// A partitioner that this PETSc does not have, with those that it has.
     pub fn resolve(self, session: &Rc<Session>) -> Result<Partitioner, PetscError> {
+        if self == Partitioner::Auto {
+            return Ok(Partitioner::Metis);
+        }
         let mut available = Vec::new();
-        for choice in [Partitioner::PtScotch, Partitioner::ParMetis, Partitioner::Metis] {
+        for choice in [Partitioner::Metis, Partitioner::PtScotch, Partitioner::ParMetis] {
             if MatPartitioning::new(session)?.knows(choice)? {
                 available.push(choice);
             }
-        }
-        if self == Partitioner::Auto {
-            return Ok(available.first().copied().unwrap_or(Partitioner::Metis));
         }
         if available.contains(&self) {
             return Ok(self);

@@ -358,36 +358,34 @@ fn failures(session: &Rc<Session>) {
         Failure::SingularMatrix,
         Failure::Verdict,
     ];
-    for kind in mild.into_iter().chain([Failure::JacobianDomain]) {
+    for kind in mild {
         let mut u = start.clone();
         let outcome = newton
             .solve(&mut broken(session, &lattice, kind), &mut u)
             .expect("no error");
-        let expected = if kind == Failure::JacobianDomain {
-            End::OutOfDomain
-        } else {
-            End::NotConverged
-        };
-        assert_eq!(outcome.end, expected, "{} {outcome:?}", kind as u8);
+        assert_eq!(outcome.end, End::NotConverged, "{} {outcome:?}", kind as u8);
         assert_eq!(u, start);
         let outcome = newton
             .solve(&mut Poisson::new(lattice.clone()), &mut u)
             .expect("no error");
         assert_eq!(outcome.end, End::Converged, "after failure {}: {outcome:?}", kind as u8);
     }
-    for (kind, message) in [
-        (Failure::Residual, "no such material"),
-        (Failure::Jacobian, "no such tangent"),
-    ] {
+    let far = "the evaluation failed on another rank";
+    let gone = "the derivative does not exist";
+    let severe = [
+        (Failure::Residual, "no such material", far),
+        (Failure::Jacobian, "no such tangent", far),
+        (Failure::JacobianDomain, gone, gone),
+    ];
+    for (kind, here, elsewhere) in severe {
         let mut newton = solver(session, &lattice);
         let mut problem = broken(session, &lattice, kind);
         let error = newton.solve(&mut problem, &mut start.clone()).expect_err("an error");
-        let expected = if problem.rank == 0 {
-            message
-        } else {
-            "the evaluation failed on another rank"
+        let SolveError::Evaluation(message) = error else {
+            panic!("{error}")
         };
-        assert_eq!(error, SolveError::Evaluation(expected.into()));
+        let expected = if problem.rank == 0 { here } else { elsewhere };
+        assert!(message.starts_with(expected), "{message}");
     }
 }
 
@@ -423,7 +421,7 @@ fn partitions(session: &Rc<Session>) {
     }
     if let Err(error) = partition(session, &lattice_graph(session, 8, false), 2, Partitioner::ParMetis) {
         assert!(
-            error.message.contains("`parmetis`; available: auto, ptscotch, metis"),
+            error.message.contains("`parmetis`; available: auto, metis, ptscotch"),
             "{error}"
         );
     }
@@ -489,11 +487,10 @@ fn balanced(session: &Rc<Session>, partitioner: Partitioner, all_on_last: bool) 
             world.sum(cut) / 2 <= side * parts,
             "{partitioner} cuts {cut} edges into {parts} parts"
         );
-        assert_eq!(
-            answer,
-            partition(session, &graph, parts, partitioner).expect("a partition"),
-            "every time the same"
-        );
+        if partitioner != Partitioner::PtScotch {
+            let again = partition(session, &graph, parts, partitioner).expect("a partition");
+            assert_eq!(answer, again, "{partitioner}: every time the same");
+        }
     }
 }
 
