@@ -26,7 +26,7 @@ const FUNCTIONS: &[&str] = &[
     "SNES(Create|Destroy|Reset|SetType|SetFunction|SetJacobian|SetConvergenceTest|SetTolerances|SetFromOptions)",
     "SNES(GetKSP|GetLineSearch|Solve|GetConvergedReason|GetConvergedReasonString|GetIterationNumber|GetFunction)",
     "SNES(GetFunctionNorm|GetLinearSolveIterations|SetFunctionDomainError|SetConvergedReason|GetSolution)",
-    "SNESLineSearch(SetType|SetPreCheck|GetSNES)",
+    "SNESLineSearch(SetType|GetType|SetFromOptions|SetPreCheck|GetSNES)",
     "METIS_NodeND|METIS_SetDefaultOptions|PetscSysRegisterMetisPartitioning",
 ];
 

@@ -22,7 +22,7 @@ mod vector;
 pub use error::PetscError;
 pub use log::{LogStage, PhaseSeconds, StageGuard};
 pub use matrix::{BlockMatrix, MatrixFormat};
-pub use newton::{LinearOutcome, Newton, NewtonOptions};
+pub use newton::{BACKTRACKING, FULL_STEPS, LinearOutcome, Newton, NewtonOptions};
 pub use nonlinear::{End, Evaluate, Iteration, Nonlinear, Outcome, SolveError, Verdict};
 pub use partition::{Graph, Partitioner, partition};
 /// PETSc's integer: 32 or 64 bits, as PETSc was built.

@@ -1,6 +1,6 @@
 //! Newton's method with a line search: PETSc's SNES with its linear solver.
 
-use std::ffi::c_void;
+use std::ffi::{CStr, c_void};
 use std::panic::resume_unwind;
 use std::ptr::null_mut;
 use std::rc::Rc;
@@ -14,6 +14,12 @@ use super::nonlinear::{End, Nonlinear, Outcome, SolveError, Verdict};
 use super::ordering;
 use super::session::Session;
 use super::vector::{GhostVector, Layout, Vector, index};
+
+/// Full Newton steps, PETSc's default here.
+pub const FULL_STEPS: &CStr = c"basic";
+
+/// Backtracking on the norm of the residual.
+pub const BACKTRACKING: &CStr = c"bt";
 
 /// What the caller decides; everything else is PETSc's options.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -41,7 +47,7 @@ pub struct LinearOutcome {
 
 /// A nonlinear solver with its matrix.
 ///
-/// Defaults: Newton with backtracking (`newtonls`, `bt`), every linear system by MUMPS' LU factorisation. Any option of
+/// Defaults: Newton with full steps (`newtonls`, `basic`), every linear system by MUMPS' LU factorisation. Any option of
 /// PETSc overrides them (`-snes_...`, `-ksp_...`, `-pc_...`, `-mat_...`), except convergence tests of SNES, which
 /// [`Nonlinear::test`] replaces. While matrix and pattern stand, the analysis of the factorisation is reused.
 pub struct Newton {
@@ -109,7 +115,7 @@ impl Newton {
                 -1,
             ))?;
             check(sys::SNESGetLineSearch(snes, &mut line_search))?;
-            check(sys::SNESLineSearchSetType(line_search, c"bt".as_ptr()))?;
+            check(sys::SNESLineSearchSetType(line_search, FULL_STEPS.as_ptr()))?;
             check(sys::SNESLineSearchSetPreCheck(
                 line_search,
                 Some(check_direction),
@@ -160,6 +166,34 @@ impl Newton {
         self.residual = GhostVector::new(&self.session, layout)?;
         self.matrix = matrix;
         self.copy = self.scalar_copy()?;
+        Ok(())
+    }
+
+    /// Name of the line search in use, as `-snes_linesearch_type` has it.
+    pub fn line_search(&self) -> Result<String, PetscError> {
+        let (mut line_search, mut name) = (null_mut(), std::ptr::null());
+        // SAFETY: the handle and the out-pointers are valid; the name is a text of PETSc that lives in the line search.
+        unsafe {
+            check(sys::SNESGetLineSearch(self.snes, &mut line_search))?;
+            check(sys::SNESLineSearchGetType(line_search, &mut name))?;
+            Ok(text(name))
+        }
+    }
+
+    /// Changes to another line search for the next solves: `Some` one by name, `None` back to that of the options.
+    pub fn use_line_search(&mut self, name: Option<&CStr>) -> Result<(), PetscError> {
+        let mut line_search = null_mut();
+        // SAFETY: the handle and the out-pointer are valid; the names end with a zero byte.
+        unsafe {
+            check(sys::SNESGetLineSearch(self.snes, &mut line_search))?;
+            check(sys::SNESLineSearchSetType(
+                line_search,
+                name.unwrap_or(FULL_STEPS).as_ptr(),
+            ))?;
+            if name.is_none() {
+                check(sys::SNESLineSearchSetFromOptions(line_search))?;
+            }
+        }
         Ok(())
     }
 

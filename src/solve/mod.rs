@@ -1,5 +1,6 @@
 //! A load step: try, accept or discard; step sizes; what the solver sees of the model.
 
+mod attempt;
 pub mod balance;
 pub mod convergence;
 pub mod equilibrium;

@@ -16,6 +16,8 @@ pub struct Schedule {
     done: u64,
     /// Ticks of the next step.
     size: u64,
+    /// Ticks of the last accepted step.
+    last: u64,
 }
 
 impl Schedule {
@@ -28,6 +30,7 @@ impl Schedule {
             full,
             done: 0,
             size: full,
+            last: 0,
         }
     }
 
@@ -43,9 +46,19 @@ impl Schedule {
         (self.done < self.steps * self.full).then(|| (self.time(self.done), self.time(self.done + self.size)))
     }
 
+    /// End of the last accepted step.
+    pub fn done(&self) -> Time {
+        self.time(self.done)
+    }
+
+    /// Size of the last accepted step as a share of the stage.
+    pub fn last_size(&self) -> f64 {
+        self.time(self.last).fraction
+    }
+
     /// Size of the next step as a share of the stage.
     pub fn step_size(&self) -> f64 {
-        self.size as f64 / (self.steps * self.full) as f64
+        self.time(self.size).fraction
     }
 
     /// Whether the last accepted step ended a full step.
@@ -56,6 +69,7 @@ impl Schedule {
     /// The step was accepted.
     pub fn accept(&mut self) {
         self.done += self.size;
+        self.last = self.size;
         if self.size < self.full && self.done % (2 * self.size) == 0 {
             self.size *= 2;
         }

@@ -1,22 +1,19 @@
 //! The analysis: stages, steps, attempts. A failed attempt leaves no trace in the points.
 
+use super::attempt::{Failure, Search, Solution, Solver, Tried, external_forces, try_step};
 use super::balance::{LARGEST_IMBALANCE, imbalance, share_points};
 use super::convergence::IterationRecord;
 use super::equilibrium::Equilibrium;
 use super::model::{Model, StepSystem};
 use super::schedule::Schedule;
-use crate::assembly::active::Active;
 use crate::assembly::kernel::Workspace;
 use crate::clock::{Clock, Phase};
 use crate::condition::Time;
 use crate::condition::dirichlet::prescribe;
-use crate::condition::load::add_external_forces;
 use crate::continuum::Fields;
 use crate::error::Error;
 use crate::parallel::World;
-use crate::petsc::{
-    BlockMatrix, End, Evaluate, GhostVector, Layout, Newton, NewtonOptions, Nonlinear, Partitioner, PetscInt, Session,
-};
+use crate::petsc::{BlockMatrix, Layout, Newton, NewtonOptions, Partitioner, PetscInt, Session};
 use crate::points::search::Misplaced;
 use crate::scene::{SolverSettings, Stage};
 use std::rc::Rc;
@@ -28,8 +25,6 @@ const WORTHWHILE: f64 = 1.05;
 pub struct Attempt<'a> {
     /// Number of the step that is attempted, from 1.
     pub step: usize,
-    /// Number of this attempt in the whole analysis, from 1.
-    pub attempt: usize,
     pub stage: &'a Stage,
     pub from: Time,
     pub to: Time,
@@ -91,24 +86,6 @@ pub struct Analysis<C: Fields<D, N>, const D: usize, const N: usize> {
     clock: Rc<Clock>,
 }
 
-/// The solver with the pattern it was made for.
-struct Solver {
-    newton: Newton,
-    layout: Layout,
-    active: Active,
-}
-
-/// How an attempt ended.
-enum AttemptEnd {
-    Converged {
-        iterations: usize,
-        force_residual: f64,
-        reactions: Vec<f64>,
-        increments: Vec<f64>,
-    },
-    Failed(String),
-}
-
 impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
     pub fn new(
         world: &World,
@@ -154,70 +131,98 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         let mut system = self.search()?;
         for (index, stage) in stages.iter().enumerate() {
             let mut schedule = Schedule::new(index, stage.steps, stage.max_halvings);
-            while let Some((from, to)) = schedule.next_step() {
-                let (end, records) = self.attempt(&system, from, to)?;
-                self.counts.attempts += 1;
-                self.counts.newton_iterations += records.len();
-                let failure = match &end {
-                    AttemptEnd::Converged { .. } => None,
-                    AttemptEnd::Failed(reason) => Some(reason.as_str()),
-                };
-                let step = self.counts.steps + 1;
-                let attempt = self.counts.attempts;
-                observer.attempted(&Attempt {
-                    step,
-                    attempt,
-                    stage,
-                    from,
-                    to,
-                    records: &records,
-                    failure,
-                })?;
-                match end {
-                    AttemptEnd::Converged {
-                        iterations,
-                        force_residual,
-                        reactions,
-                        increments,
-                    } => {
-                        self.model
-                            .accept(&mut self.workspace, &system.batches, &system.active, &increments);
-                        self.counts.steps = step;
-                        let reactions = self.boundary_reactions(&system, &reactions);
-                        let step_size = schedule.step_size();
-                        schedule.accept();
-                        let last = index + 1 == stages.len() && schedule.next_step().is_none();
-                        observer.accepted(&Accepted {
-                            step,
-                            stage,
-                            time: to,
-                            step_size,
-                            newton_iterations: iterations,
-                            force_residual,
-                            model: &self.model,
-                            reactions: &reactions,
-                            full_step: schedule.at_full_step(),
-                            last,
-                        })?;
-                        if !last {
-                            system = self.search()?;
-                        }
-                    }
-                    AttemptEnd::Failed(reason) => {
-                        if !schedule.cut() {
-                            return Err(Error::Analysis(format!(
-                                "stage {}, step {step}: no equilibrium with the smallest step, {:.3e} of the stage \
-                                 after {:.6}: {reason}",
-                                stage.name,
-                                schedule.step_size(),
-                                from.fraction
-                            )));
-                        }
-                    }
+            while schedule.next_step().is_some() {
+                let solution = self.solve_step(&system, stage, &mut schedule, observer)?;
+                let last = index + 1 == stages.len() && schedule.next_step().is_none();
+                self.accept(&system, stage, &schedule, solution, last, observer)?;
+                if !last {
+                    system = self.search()?;
                 }
             }
         }
         Ok(())
+    }
+
+    /// Attempts the next step of a schedule until one is solved: with the line search of the options, then with the
+    /// other kind, then with half the step. Moves the schedule on.
+    fn solve_step(
+        &mut self,
+        system: &StepSystem<D>,
+        stage: &Stage,
+        schedule: &mut Schedule,
+        observer: &mut dyn Observer<C, D, N>,
+    ) -> Result<Solution, Error> {
+        let step = self.counts.steps + 1;
+        let mut search = Search::Configured;
+        loop {
+            let (from, to) = schedule.next_step().expect("the stage is not done");
+            let Tried { end, records } = self.attempt(system, from, to, search)?;
+            let failure = end.as_ref().err().map(|failure| failure.reason.as_str());
+            observer.attempted(&Attempt {
+                step,
+                stage,
+                from,
+                to,
+                records: &records,
+                failure,
+            })?;
+            match end {
+                Ok(solution) => {
+                    schedule.accept();
+                    return Ok(solution);
+                }
+                Err(Failure {
+                    search_matters: true, ..
+                }) if search == Search::Configured => {
+                    search = Search::Other;
+                }
+                Err(Failure { reason, .. }) => {
+                    search = Search::Configured;
+                    if !schedule.cut() {
+                        return Err(Error::Analysis(format!(
+                            "stage {}, step {step}: no equilibrium with the smallest step, {:.3e} of the stage after \
+                             {:.6}: {reason}",
+                            stage.name,
+                            schedule.step_size(),
+                            from.fraction
+                        )));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Makes a solution the accepted state and tells the observer.
+    fn accept(
+        &mut self,
+        system: &StepSystem<D>,
+        stage: &Stage,
+        schedule: &Schedule,
+        solution: Solution,
+        last: bool,
+        observer: &mut dyn Observer<C, D, N>,
+    ) -> Result<(), Error> {
+        self.model.accept(
+            &mut self.workspace,
+            &system.batches,
+            &system.active,
+            &solution.increments,
+        );
+        self.counts.steps += 1;
+        self.peak_force = self.peak_force.max(solution.force_scale);
+        let reactions = self.boundary_reactions(system, &solution.reactions);
+        observer.accepted(&Accepted {
+            step: self.counts.steps,
+            stage,
+            time: schedule.done(),
+            step_size: schedule.last_size(),
+            newton_iterations: solution.iterations,
+            force_residual: solution.force_residual,
+            model: &self.model,
+            reactions: &reactions,
+            full_step: schedule.at_full_step(),
+            last,
+        })
     }
 
     /// Brings every point to the rank of its cell, shares the points anew where they are badly spread, and finds what
@@ -288,22 +293,24 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
     }
 
     /// One attempt at a step from the accepted state.
-    fn attempt(
-        &mut self,
-        system: &StepSystem<D>,
-        from: Time,
-        to: Time,
-    ) -> Result<(AttemptEnd, Vec<IterationRecord>), Error> {
+    fn attempt(&mut self, system: &StepSystem<D>, from: Time, to: Time, search: Search) -> Result<Tried, Error> {
         let clock = self.clock.clone();
         let searching = clock.enter(Phase::Search);
         self.prepare_solver(system)?;
-        let active = &system.active;
-        let prescribed = prescribe(&self.model.boundaries, &self.model.grid, &active.nodes, N, from, to);
+        let prescribed = prescribe(
+            &self.model.boundaries,
+            &self.model.grid,
+            &system.active.nodes,
+            N,
+            from,
+            to,
+        );
         let solver = self.solver.as_mut().expect("the solver was prepared");
         let external = external_forces(&self.session, &solver.layout, &self.model, system, to)?;
         drop(searching);
         let _solving = clock.enter(Phase::Solve);
-        let mut problem = Equilibrium::new(
+        solver.choose(search)?;
+        let problem = Equilibrium::new(
             &self.world,
             &mut self.model,
             &mut self.workspace,
@@ -313,38 +320,11 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
             &self.settings,
             self.peak_force,
         );
-        let opening = open(&self.session, solver, &mut problem)?;
-        let mut increments = match opening {
-            Ok(increments) => increments,
-            Err(reason) => return Ok((AttemptEnd::Failed(reason), problem.records)),
-        };
-        let outcome = solver.newton.solve(&mut problem, &mut increments)?;
-        let end = match outcome.end {
-            End::Converged => {
-                let local = settle(
-                    &self.session,
-                    solver,
-                    &mut problem,
-                    &increments,
-                    outcome.evaluated_at_solution,
-                )?;
-                let record = problem.records.last().expect("a converged step was tested");
-                let (iterations, force_residual) = (problem.records.len(), record.force_residual);
-                self.peak_force = self.peak_force.max(problem.norms.forces.sqrt());
-                let reactions = std::mem::take(&mut problem.reactions);
-                AttemptEnd::Converged {
-                    iterations,
-                    force_residual,
-                    reactions,
-                    increments: local,
-                }
-            }
-            End::OutOfDomain => AttemptEnd::Failed(describe_failure(&problem)),
-            End::NotConverged => AttemptEnd::Failed(outcome.reason),
-        };
-        let records = problem.records;
+        let tried = try_step(&self.session, solver, problem)?;
+        self.counts.attempts += 1;
+        self.counts.newton_iterations += tried.records.len();
         self.counts.nonzeros = solver.newton.matrix().nonzeros()?;
-        Ok((end, records))
+        Ok(tried)
     }
 
     /// Forces of the supports on each boundary's nodes.
@@ -374,137 +354,4 @@ fn petsc_numbers(values: &[usize]) -> Vec<PetscInt> {
 fn lost(step: usize, misplaced: Misplaced) -> Error {
     let Misplaced { id, what, .. } = misplaced;
     Error::Analysis(format!("after step {step}: point {id}: {what}; enlarge the grid"))
-}
-
-/// External forces on own unknowns at a time.
-fn external_forces<C: Fields<D, N>, const D: usize, const N: usize>(
-    session: &Rc<Session>,
-    layout: &Layout,
-    model: &Model<C, D, N>,
-    system: &StepSystem<D>,
-    time: Time,
-) -> Result<Vec<f64>, Error> {
-    let mut forces = GhostVector::new(session, layout)?;
-    let nodes = |batch: usize| system.active.batch_nodes(batch);
-    add_external_forces(
-        &model.loads,
-        time,
-        &model.points,
-        &system.batches,
-        nodes,
-        forces.local_mut(),
-    );
-    forces.add_to_owners()?;
-    Ok(forces.owned().to_vec())
-}
-
-/// The linear solve that opens a step: `K_ff d = -r_f - K_fc v`, prescribed increments exact.
-fn open<C: Fields<D, N>, const D: usize, const N: usize>(
-    session: &Rc<Session>,
-    solver: &mut Solver,
-    problem: &mut Equilibrium<'_, C, D, N>,
-) -> Result<Result<Vec<f64>, String>, Error> {
-    let owned = solver.layout.owned_length();
-    let zero = vec![0.0; solver.layout.local_length()];
-    let mut residual = GhostVector::new(session, &solver.layout)?;
-    let mut lift = GhostVector::new(session, &solver.layout)?;
-    let evaluated = problem.residual(&zero, residual.local_mut());
-    if let Some(failure) = not_evaluated(evaluated, problem)? {
-        return Ok(Err(failure));
-    }
-    residual.add_to_owners()?;
-    let mut right_hand_side = residual.owned().to_vec();
-    let completed = problem.complete(&mut right_hand_side);
-    if let Some(failure) = not_evaluated(completed, problem)? {
-        return Ok(Err(failure));
-    }
-    let matrix = solver.newton.matrix_mut();
-    matrix.zero()?;
-    let added = problem.add_tangent(&zero, matrix, Some(lift.local_mut()));
-    if let Some(failure) = not_evaluated(added, problem)? {
-        return Ok(Err(failure));
-    }
-    matrix.assemble()?;
-    lift.add_to_owners()?;
-    let prescribed = problem.prescribed;
-    for (index, value) in right_hand_side.iter_mut().enumerate() {
-        *value = if prescribed.mask[index] {
-            0.0
-        } else {
-            -(*value + lift.owned()[index])
-        };
-    }
-    let mut increments = vec![0.0; owned];
-    let solved = solver.newton.linear_solve(&right_hand_side, &mut increments)?;
-    if !solved.converged {
-        return Ok(Err(format!("the opening linear solve failed: {}", solved.reason)));
-    }
-    for (index, value) in increments
-        .iter_mut()
-        .enumerate()
-        .filter(|(index, _)| prescribed.mask[*index])
-    {
-        *value = prescribed.increment[index];
-    }
-    Ok(Ok(increments))
-}
-
-/// Why an evaluation failed, where that only ends the attempt.
-fn not_evaluated<C: Fields<D, N>, const D: usize, const N: usize>(
-    result: Result<(), Evaluate>,
-    problem: &Equilibrium<'_, C, D, N>,
-) -> Result<Option<String>, Error> {
-    match result {
-        Ok(()) => Ok(None),
-        Err(Evaluate::OutOfDomain) => Ok(Some(describe_failure(problem))),
-        Err(Evaluate::Failed(message)) => Err(Error::System(message)),
-    }
-}
-
-/// Local increments of the solution; evaluates there once more unless that was the last evaluation, so that the trial
-/// state that becomes the accepted one belongs to the accepted unknowns.
-fn settle<C: Fields<D, N>, const D: usize, const N: usize>(
-    session: &Rc<Session>,
-    solver: &Solver,
-    problem: &mut Equilibrium<'_, C, D, N>,
-    increments: &[f64],
-    evaluated: bool,
-) -> Result<Vec<f64>, Error> {
-    let mut local = GhostVector::new(session, &solver.layout)?;
-    local.owned_mut().copy_from_slice(increments);
-    local.update_ghosts()?;
-    if !evaluated {
-        let mut residual = GhostVector::new(session, &solver.layout)?;
-        let result = problem.residual(local.local(), residual.local_mut());
-        if let Some(failure) = not_evaluated(result, problem)? {
-            return Err(Error::System(format!(
-                "the converged state cannot be evaluated again: {failure}"
-            )));
-        }
-        residual.add_to_owners()?;
-        let mut own = residual.owned().to_vec();
-        not_evaluated(problem.complete(&mut own), problem)?;
-    }
-    Ok(local.local().to_vec())
-}
-
-/// What the law said, from the lowest rank where it failed.
-fn describe_failure<C: Fields<D, N>, const D: usize, const N: usize>(problem: &Equilibrium<'_, C, D, N>) -> String {
-    let world = problem.world;
-    let failing = if problem.failure.is_some() {
-        world.rank()
-    } else {
-        world.size()
-    };
-    let first = world.min_of(failing);
-    if first == world.size() {
-        return "a point left the domain of its law during the iteration".into();
-    }
-    let own = problem.failure.as_ref().map_or(String::new(), |failure| {
-        format!(
-            "point {}: {} (local residual {:.1e})",
-            failure.id, failure.what, failure.residual
-        )
-    });
-    world.text_from(first, &own)
 }

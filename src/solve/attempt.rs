@@ -1,0 +1,251 @@
+//! One attempt at a step: the opening linear solve, Newton's iterations, and a state that belongs to the solution.
+
+use super::convergence::IterationRecord;
+use super::equilibrium::Equilibrium;
+use super::model::{Model, StepSystem};
+use crate::assembly::active::Active;
+use crate::condition::Time;
+use crate::condition::load::add_external_forces;
+use crate::continuum::Fields;
+use crate::error::Error;
+use crate::petsc::{
+    BACKTRACKING, End, Evaluate, FULL_STEPS, GhostVector, Layout, Newton, Nonlinear, PetscError, Session,
+};
+use std::rc::Rc;
+
+/// The solver with the pattern it was made for.
+pub struct Solver {
+    pub newton: Newton,
+    pub layout: Layout,
+    pub active: Active,
+}
+
+/// Which line search an attempt uses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Search {
+    /// Full Newton steps unless an option says otherwise.
+    Configured,
+    /// Backtracking where full steps are configured, full steps otherwise. The norm of the residual is a poor guide
+    /// where forces and couples, stiff and soft directions meet: it makes a line search reject steps that are right.
+    Other,
+}
+
+/// What an attempt came to.
+pub struct Tried {
+    pub end: Result<Solution, Failure>,
+    pub records: Vec<IterationRecord>,
+}
+
+/// A solved step, not yet accepted.
+pub struct Solution {
+    /// Linear solves, the opening one included.
+    pub iterations: usize,
+    pub force_residual: f64,
+    /// Norm of external forces and reactions.
+    pub force_scale: f64,
+    /// Reactions on own unknowns, zero where nothing is prescribed.
+    pub reactions: Vec<f64>,
+    /// Local increments, at which the trial state of the points was evaluated.
+    pub increments: Vec<f64>,
+}
+
+/// Why an attempt failed.
+pub struct Failure {
+    pub reason: String,
+    /// Whether another line search might do better.
+    pub search_matters: bool,
+}
+
+impl Solver {
+    /// Sets the line search of the next solve.
+    pub fn choose(&mut self, search: Search) -> Result<(), PetscError> {
+        self.newton.use_line_search(None)?;
+        if search == Search::Other {
+            let configured = self.newton.line_search()?;
+            let full = configured.as_bytes() == FULL_STEPS.to_bytes();
+            self.newton
+                .use_line_search(Some(if full { BACKTRACKING } else { FULL_STEPS }))?;
+        }
+        Ok(())
+    }
+}
+
+/// Solves a step from the accepted state of the points, which stays as it is.
+pub fn try_step<C: Fields<D, N>, const D: usize, const N: usize>(
+    session: &Rc<Session>,
+    solver: &mut Solver,
+    mut problem: Equilibrium<'_, C, D, N>,
+) -> Result<Tried, Error> {
+    let mut increments = match open(session, solver, &mut problem)? {
+        Ok(increments) => increments,
+        Err(reason) => {
+            return Ok(Tried {
+                end: Err(Failure {
+                    reason,
+                    search_matters: false,
+                }),
+                records: problem.records,
+            });
+        }
+    };
+    let outcome = solver.newton.solve(&mut problem, &mut increments)?;
+    let end = match outcome.end {
+        End::Converged => {
+            let evaluated = outcome.evaluated_at_solution;
+            let increments = settle(session, solver, &mut problem, &increments, evaluated)?;
+            let record = problem.records.last().expect("a converged step was tested");
+            Ok(Solution {
+                iterations: problem.records.len(),
+                force_residual: record.force_residual,
+                force_scale: problem.norms.forces.sqrt(),
+                reactions: std::mem::take(&mut problem.reactions),
+                increments,
+            })
+        }
+        End::OutOfDomain => Err(Failure {
+            reason: describe_failure(&problem),
+            search_matters: true,
+        }),
+        End::NotConverged => Err(Failure {
+            reason: outcome.reason,
+            search_matters: true,
+        }),
+    };
+    Ok(Tried {
+        end,
+        records: problem.records,
+    })
+}
+
+/// External forces on own unknowns at a time.
+pub fn external_forces<C: Fields<D, N>, const D: usize, const N: usize>(
+    session: &Rc<Session>,
+    layout: &Layout,
+    model: &Model<C, D, N>,
+    system: &StepSystem<D>,
+    time: Time,
+) -> Result<Vec<f64>, Error> {
+    let mut forces = GhostVector::new(session, layout)?;
+    let nodes = |batch: usize| system.active.batch_nodes(batch);
+    add_external_forces(
+        &model.loads,
+        time,
+        &model.points,
+        &system.batches,
+        nodes,
+        forces.local_mut(),
+    );
+    forces.add_to_owners()?;
+    Ok(forces.owned().to_vec())
+}
+
+/// The linear solve that opens a step: `K_ff d = -r_f - K_fc v`, prescribed increments exact.
+fn open<C: Fields<D, N>, const D: usize, const N: usize>(
+    session: &Rc<Session>,
+    solver: &mut Solver,
+    problem: &mut Equilibrium<'_, C, D, N>,
+) -> Result<Result<Vec<f64>, String>, Error> {
+    let owned = solver.layout.owned_length();
+    let zero = vec![0.0; solver.layout.local_length()];
+    let mut residual = GhostVector::new(session, &solver.layout)?;
+    let mut lift = GhostVector::new(session, &solver.layout)?;
+    let evaluated = problem.residual(&zero, residual.local_mut());
+    if let Some(failure) = not_evaluated(evaluated, problem)? {
+        return Ok(Err(failure));
+    }
+    residual.add_to_owners()?;
+    let mut right_hand_side = residual.owned().to_vec();
+    let completed = problem.complete(&mut right_hand_side);
+    if let Some(failure) = not_evaluated(completed, problem)? {
+        return Ok(Err(failure));
+    }
+    let matrix = solver.newton.matrix_mut();
+    matrix.zero()?;
+    let added = problem.add_tangent(&zero, matrix, Some(lift.local_mut()));
+    if let Some(failure) = not_evaluated(added, problem)? {
+        return Ok(Err(failure));
+    }
+    matrix.assemble()?;
+    lift.add_to_owners()?;
+    let prescribed = problem.prescribed;
+    for (index, value) in right_hand_side.iter_mut().enumerate() {
+        *value = if prescribed.mask[index] {
+            0.0
+        } else {
+            -(*value + lift.owned()[index])
+        };
+    }
+    let mut increments = vec![0.0; owned];
+    let solved = solver.newton.linear_solve(&right_hand_side, &mut increments)?;
+    if !solved.converged {
+        return Ok(Err(format!("the opening linear solve failed: {}", solved.reason)));
+    }
+    for (index, value) in increments
+        .iter_mut()
+        .enumerate()
+        .filter(|(index, _)| prescribed.mask[*index])
+    {
+        *value = prescribed.increment[index];
+    }
+    Ok(Ok(increments))
+}
+
+/// Why an evaluation failed, where that only ends the attempt.
+fn not_evaluated<C: Fields<D, N>, const D: usize, const N: usize>(
+    result: Result<(), Evaluate>,
+    problem: &Equilibrium<'_, C, D, N>,
+) -> Result<Option<String>, Error> {
+    match result {
+        Ok(()) => Ok(None),
+        Err(Evaluate::OutOfDomain) => Ok(Some(describe_failure(problem))),
+        Err(Evaluate::Failed(message)) => Err(Error::System(message)),
+    }
+}
+
+/// Local increments of the solution; evaluates there once more unless that was the last evaluation, so that the trial
+/// state that becomes the accepted one belongs to the accepted unknowns.
+fn settle<C: Fields<D, N>, const D: usize, const N: usize>(
+    session: &Rc<Session>,
+    solver: &Solver,
+    problem: &mut Equilibrium<'_, C, D, N>,
+    increments: &[f64],
+    evaluated: bool,
+) -> Result<Vec<f64>, Error> {
+    let mut local = GhostVector::new(session, &solver.layout)?;
+    local.owned_mut().copy_from_slice(increments);
+    local.update_ghosts()?;
+    if !evaluated {
+        let mut residual = GhostVector::new(session, &solver.layout)?;
+        let result = problem.residual(local.local(), residual.local_mut());
+        if let Some(failure) = not_evaluated(result, problem)? {
+            return Err(Error::System(format!(
+                "the converged state cannot be evaluated again: {failure}"
+            )));
+        }
+        residual.add_to_owners()?;
+        let mut own = residual.owned().to_vec();
+        not_evaluated(problem.complete(&mut own), problem)?;
+    }
+    Ok(local.local().to_vec())
+}
+
+/// What the law said, from the lowest rank where it failed.
+fn describe_failure<C: Fields<D, N>, const D: usize, const N: usize>(problem: &Equilibrium<'_, C, D, N>) -> String {
+    let world = problem.world;
+    let failing = if problem.failure.is_some() {
+        world.rank()
+    } else {
+        world.size()
+    };
+    let first = world.min_of(failing);
+    if first == world.size() {
+        return "a point left the domain of its law during the iteration".into();
+    }
+    let own = problem.failure.as_ref().map_or(String::new(), |failure| {
+        format!(
+            "point {}: {} (local residual {:.1e})",
+            failure.id, failure.what, failure.residual
+        )
+    });
+    world.text_from(first, &own)
+}
