@@ -10,6 +10,7 @@ use sys::PetscInt;
 use super::error::{PetscError, check, report_in_drop, text};
 use super::session::Session;
 use super::vector::{Layout, Vector, index};
+use crate::parallel::World;
 
 /// How the entries are stored. The interface is the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -91,6 +92,42 @@ impl BlockMatrix {
             ))?;
         }
         Ok(matrix)
+    }
+
+    /// Tells algebraic multigrid which vectors (owned parts) the undamped operator nearly maps to zero: rigid motions.
+    ///
+    /// They are made orthonormal here; those that depend on the others are left out.
+    ///
+    /// # Panics
+    /// If a mode has not one value per owned unknown.
+    pub fn set_near_null_space(&mut self, modes: &[Vec<f64>]) -> Result<(), PetscError> {
+        let layout = Layout {
+            block: self.block,
+            owned: self.owned,
+            first: 0,
+            ghosts: Vec::new(),
+        };
+        let mut vectors = Vec::new();
+        for mode in orthonormal(self.session.world(), modes) {
+            let mut vector = Vector::new(&self.session, &layout)?;
+            vector.set(&mode)?;
+            vectors.push(vector);
+        }
+        let handles: Vec<sys::Vec> = vectors.iter().map(|vector| vector.handle).collect();
+        let (count, mut space) = (index(handles.len())?, null_mut());
+        // SAFETY: the handles and the out-pointer are valid; space and matrix keep references of their own.
+        unsafe {
+            let communicator = self.session.communicator();
+            check(sys::MatNullSpaceCreate(
+                communicator,
+                sys::PETSC_FALSE,
+                count,
+                handles.as_ptr(),
+                &mut space,
+            ))?;
+            check(sys::MatSetNearNullSpace(self.handle, space))?;
+            check(sys::MatNullSpaceDestroy(&mut space))
+        }
     }
 
     /// PETSc's name of the storage in use.
@@ -233,6 +270,28 @@ impl BlockMatrix {
         };
         Ok(if norm > 0.0 { skew / norm } else { 0.0 })
     }
+}
+
+/// Gram-Schmidt, twice for accuracy, on vectors that are spread over the ranks.
+fn orthonormal(world: &World, modes: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let dot = |a: &[f64], b: &[f64]| world.sum(a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>());
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    for mode in modes {
+        let mut rest = mode.clone();
+        let length = dot(mode, mode).sqrt();
+        for other in basis.iter().chain(&basis) {
+            let share = dot(&rest, other);
+            rest.iter_mut()
+                .zip(other)
+                .for_each(|(value, other)| *value -= share * other);
+        }
+        let left = dot(&rest, &rest).sqrt();
+        if left > 1e-8 * length {
+            rest.iter_mut().for_each(|value| *value /= left);
+            basis.push(rest);
+        }
+    }
+    basis
 }
 
 /// The entries of a block matrix on one rank in scalar rows, refilled in place: PETSc hands an ordering to MUMPS only

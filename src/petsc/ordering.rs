@@ -250,26 +250,31 @@ pub(super) unsafe fn factors_with_mumps(pc: sys::PC) -> Result<bool, PetscError>
 /// # Safety
 /// `pc` is a valid preconditioner with its type set.
 pub(super) unsafe fn used(pc: sys::PC, session: &Session) -> Result<String, PetscError> {
-    let ordering = session.option(c"-pc_factor_mat_ordering_type")?;
-    let ordering = ordering.unwrap_or_else(|| NAME.to_string_lossy().into_owned());
     // SAFETY: by contract.
     let (kind, package) = match unsafe { factorisation(pc)? } {
         (kind, Some(package)) => (kind, package),
         (kind, None) => return Ok(format!("{kind}, no factorisation")),
     };
+    let ordering = session.option(c"-pc_factor_mat_ordering_type")?;
     if package != "mumps" {
-        return Ok(format!("{package} {kind}, {ordering}"));
+        return Ok(format!(
+            "{package} {kind}, {} ordering",
+            ordering.as_deref().unwrap_or("default")
+        ));
     }
     let (mut factor, mut choice) = (null_mut(), 0);
     // SAFETY: the handle and the out-pointers are valid; the factor belongs to the preconditioner.
     unsafe {
-        check(sys::PCFactorGetMatrix(pc, &mut factor))?;
+        if check(sys::PCFactorGetMatrix(pc, &mut factor)).is_err() {
+            return Ok(format!("MUMPS {kind}, nothing factorised"));
+        }
         check(sys::MatMumpsGetInfog(factor, 7, &mut choice))?;
     }
     let choice = match choice {
         0 => "AMD".to_string(),
-        1 if ordering.as_bytes() == NAME.to_bytes() => "METIS nested dissection".to_string(),
-        1 => ordering,
+        1 => ordering
+            .filter(|name| name.as_bytes() != NAME.to_bytes())
+            .unwrap_or_else(|| "METIS nested dissection".to_string()),
         2 => "AMF".to_string(),
         3 => "SCOTCH".to_string(),
         4 => "PORD".to_string(),

@@ -97,14 +97,17 @@ impl Session {
         phase_seconds()
     }
 
-    /// The storage that the chosen preconditioner works with: scalar rows for multigrid (`-pc_type gamg`, `hypre`, `ml`)
-    /// and where the user asks for it (`-mat_type aij`), node blocks otherwise.
+    /// The storage that the chosen linear solver works with: scalar rows for multigrid (`-pc_type gamg`, `hypre`, `ml`),
+    /// for factorisations other than MUMPS' and PETSc's own, and where the user asks for it (`-mat_type aij`); node blocks
+    /// otherwise.
     pub fn matrix_format(&self) -> Result<MatrixFormat, PetscError> {
         let preconditioner = self.option(c"-pc_type")?;
+        let package = self.option(c"-pc_factor_mat_solver_type")?;
         let storage = self.option(c"-mat_type")?;
         let multigrid = matches!(preconditioner.as_deref(), Some("gamg" | "hypre" | "ml"));
-        let scalar = storage.is_some_and(|storage| storage.contains("aij") && !storage.contains("baij"));
-        Ok(if multigrid || scalar {
+        let foreign = !matches!(package.as_deref(), None | Some("mumps" | "petsc"));
+        let asked = storage.is_some_and(|storage| storage.contains("aij") && !storage.contains("baij"));
+        Ok(if multigrid || foreign || asked {
             MatrixFormat::Scalar
         } else {
             MatrixFormat::Block
