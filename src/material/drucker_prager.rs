@@ -30,6 +30,7 @@
 
 mod apex;
 mod cone;
+mod estimate;
 
 use super::active::{ActiveSet, Pair, PlaneSet, SpaceSet};
 use super::elastic::{ElasticMaps, require_finite};
@@ -38,6 +39,8 @@ use super::{Components, Material, NoSolution};
 use crate::continuum::Variable;
 use crate::continuum::micropolar::{Micropolar, MicropolarModuli, MicropolarStrain, MicropolarStress};
 use crate::continuum::tensor::{component, pack_tensor, symmetric, unpack_tensor};
+use cone::Unknown;
+use estimate::{Estimate, Start};
 use nalgebra::Matrix3;
 
 /// Most local iterations before a return is given up.
@@ -177,7 +180,7 @@ struct StressPoint {
     couple: Matrix3<f64>,
     /// `nu U = S U^T U`.
     couple_flow: Matrix3<f64>,
-    /// `q`; the return to the cone gives it a sign.
+    /// `q`.
     shear: f64,
 }
 
@@ -272,16 +275,22 @@ impl DruckerPrager {
         trial: &Trial,
         trial_point: &StressPoint,
     ) -> Result<Returned, NoSolution> {
-        let apex_first = self.expects_apex(trial, trial_point);
-        if apex_first && let Ok(returned) = self.return_to_apex::<A, APEX>(trial) {
-            return Ok(returned);
+        let elastic = Start {
+            stretch: trial.stretch,
+            wryness: trial.wryness,
+            ratio: 0.0,
+        };
+        let apex = || self.return_to_apex::<A, APEX>(trial);
+        let cone = |start: &Start, unknown| self.return_to_cone::<A, CONE>(trial, start, unknown);
+        match self.estimate(trial, trial_point) {
+            Estimate::Cone(start) => cone(&start, Unknown::Ratio)
+                .or_else(|_| cone(&start, Unknown::Multiplier))
+                .or_else(|_| cone(&elastic, Unknown::Multiplier))
+                .or_else(|failure| apex().map_err(|_| failure)),
+            Estimate::Apex => apex()
+                .or_else(|_| cone(&elastic, Unknown::Ratio))
+                .or_else(|_| cone(&elastic, Unknown::Multiplier)),
         }
-        self.return_to_cone::<A, CONE>(trial, trial_point).or_else(|failure| {
-            if apex_first || self.plastic.friction_slope == 0.0 {
-                return Err(failure);
-            }
-            self.return_to_apex::<A, APEX>(trial).map_err(|_| failure)
-        })
     }
 
     /// Moduli of an elastic point: `dB = B(dU Fp^-1) Fp^-T`.

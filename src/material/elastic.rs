@@ -168,3 +168,57 @@ pub fn require_finite(stress: &MicropolarStress) -> Result<(), NoSolution> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::check::{self, Random, Situation, Subject};
+
+    fn moduli() -> ElasticModuli {
+        ElasticModuli {
+            lambda: 5e6,
+            mu: 3e6,
+            kappa: 1e6,
+            alpha: 40.0,
+            beta: 30.0,
+            gamma: 100.0,
+        }
+    }
+
+    #[test]
+    fn obeys_the_laws_of_materials() {
+        for components in [Components::Plane, Components::Space] {
+            let law = Elastic::new(&moduli(), components);
+            let mut random = Random::new(3);
+            let strains: Vec<_> = (0..4).map(|_| random.strain(components, 0.3, 50.0)).collect();
+            let situations: Vec<_> = strains
+                .iter()
+                .map(|strain| Situation {
+                    strain: *strain,
+                    old: &[],
+                })
+                .collect();
+            let subject = Subject {
+                law: &law,
+                components,
+                length: 0.005,
+                step: 0.1,
+            };
+            check::micropolar(&subject, &situations);
+        }
+    }
+
+    #[test]
+    fn coefficients_multiply_trace_symmetric_and_skew_part() {
+        let law = Elastic::new(&moduli(), Components::Space);
+        let strain = Random::new(5).strain(Components::Space, 0.2, 3.0);
+        let mut stress = MicropolarStress::default();
+        law.respond(&strain, &[], &mut [], &mut stress).expect("finite");
+        let e = strain.stretch - Matrix3::identity();
+        let by_hand = |x: &Matrix3<f64>, trace: f64, symmetric: f64, skew: f64| {
+            Matrix3::identity() * (trace * x.trace()) + (x + x.transpose()) * symmetric + (x - x.transpose()) * skew
+        };
+        assert!((stress.force - by_hand(&e, 5e6, 3e6, 1e6)).norm() < 1e-9 * stress.force.norm());
+        assert!((stress.couple - by_hand(&strain.wryness, 40.0, 100.0, 30.0)).norm() < 1e-12 * stress.couple.norm());
+    }
+}

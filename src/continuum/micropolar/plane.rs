@@ -30,7 +30,8 @@ impl Fields<2, 3> for Micropolar {
         let w = jet.value[2];
         let k = jet.gradient.row(2);
         // The comparisons are written so that what is not a number is outside, too.
-        let inside = relative_deformation.determinant() > 0.0 && w.abs() < PI;
+        let volume_change = relative_deformation.determinant();
+        let inside = volume_change > 0.0 && volume_change.is_finite() && w.abs() < PI;
         if !inside || !(k[0].is_finite() && k[1].is_finite()) {
             return None;
         }

@@ -49,7 +49,8 @@ impl Fields<3, 6> for Micropolar {
         let (g, w, k) = split(jet);
         let relative_deformation = Matrix3::identity() + g;
         // The comparisons are written so that what is not a number is outside, too.
-        let inside = relative_deformation.determinant() > 0.0 && w.norm_squared() < PI * PI;
+        let volume_change = relative_deformation.determinant();
+        let inside = volume_change > 0.0 && volume_change.is_finite() && w.norm_squared() < PI * PI;
         if !inside || !k.iter().all(|v| v.is_finite()) {
             return None;
         }

@@ -41,23 +41,14 @@ struct ApexState {
 }
 
 impl DruckerPrager {
-    /// Whether a small-strain estimate puts the answer at the apex: then it is tried first.
-    pub(super) fn expects_apex(&self, trial: &Trial, point: &StressPoint) -> bool {
-        let plastic = &self.plastic;
-        if plastic.friction_slope == 0.0 {
-            return false;
-        }
-        let beyond = point.pressure - self.strength(trial.old.chi) / plastic.friction_slope;
-        let bulk = self.elastic.lambda + 2.0 / 3.0 * self.elastic.mu;
-        let stiffness = bulk * plastic.dilatancy_slope + plastic.hardening_modulus / plastic.friction_slope;
-        let couple_flow = self.couple_flow_at_apex(trial);
-        let deviatoric = point.deviator / (2.0 * self.elastic.mu);
-        let shear_flow = self.equivalent_flow(&deviatoric, &couple_flow);
-        beyond > 0.0 && (plastic.dilatancy_slope == 0.0 || shear_flow * stiffness < beyond)
-    }
-
     /// Return to the apex, if the strain belongs to it.
     pub(super) fn return_to_apex<A: ActiveSet, const N: usize>(&self, trial: &Trial) -> Result<Returned, NoSolution> {
+        if self.plastic.friction_slope == 0.0 {
+            return Err(NoSolution {
+                what: "a cylinder has no apex",
+                residual: f64::INFINITY,
+            });
+        }
         let mut state = self.apex_state(trial, &Matrix3::zeros());
         let mut last: Option<Factors<N>> = None;
         for _ in 0..MOST_ITERATIONS {

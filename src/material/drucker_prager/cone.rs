@@ -6,10 +6,12 @@
 //! r_U = Ue - exp(-dg N) Ue*      r_Gamma = lp (Gammae + dg 3/(2 lp^2 q) nu U - Gammae*)      r_f = f/(3 mu)
 //! ```
 //!
-//! all of the size of a strain. `q` carries a sign: that of the projection of `(s, nu/lp)` on the trial stress. So it
-//! is smooth where the iteration passes through the axis of the cone, and an iteration that converges to a negative
-//! `q` has shown that no point of the cone answers the strain.
+//! all of the size of a strain. Near the apex `q` vanishes and the direction `s/q` turns with the slightest change of
+//! stress. There it helps to let a Newton correction of `dg` act on `x = dg/q` instead, which is the same to first
+//! order: the flow `dg N = 3/2 x s + ..` does not divide by `q` then, and `x` stays positive. Of the two forms each
+//! reaches some points that the other does not, so that the second is tried where the first fails.
 
+use super::estimate::Start;
 use super::{Branch, DruckerPrager, MOST_HALVINGS, MOST_ITERATIONS, PlasticState, Returned, StressPoint, Trial};
 use super::{MicropolarModuli, MicropolarStrain, NoSolution, force_rate};
 use crate::continuum::tensor::{SymmetricExponential, component};
@@ -21,8 +23,10 @@ use nalgebra::Matrix3;
 #[derive(Clone, Copy)]
 struct ConeState {
     wryness: Matrix3<f64>,
+    /// `x = dg/q`.
+    ratio: f64,
+    /// `dg`.
     multiplier: f64,
-    /// `shear` has its sign here.
     point: StressPoint,
     exponential: SymmetricExponential,
     /// `exp(-dg N) Ue*`.
@@ -31,6 +35,22 @@ struct ConeState {
     wryness_residual: Matrix3<f64>,
     /// `f`.
     yield_value: f64,
+}
+
+/// What stands for the amount of flow while the iteration runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Unknown {
+    /// `x = dg/q`.
+    Ratio,
+    /// `dg`.
+    Multiplier,
+}
+
+/// The amount of flow, in either form.
+#[derive(Clone, Copy)]
+enum Amount {
+    Ratio(f64),
+    Multiplier(f64),
 }
 
 /// Derivatives of the invariants.
@@ -47,14 +67,15 @@ impl DruckerPrager {
     pub(super) fn return_to_cone<A: ActiveSet, const N: usize>(
         &self,
         trial: &Trial,
-        trial_point: &StressPoint,
+        start: &Start,
+        unknown: Unknown,
     ) -> Result<Returned, NoSolution> {
-        let mut state = self.cone_state(trial, trial_point, &trial.stretch, &trial.wryness, 0.0);
+        let mut state = self.cone_state(trial, &start.stretch, &start.wryness, Amount::Ratio(start.ratio));
         let mut last: Option<Factors<N>> = None;
         for _ in 0..MOST_ITERATIONS {
             if self.cone_converged(trial, &state) {
                 if let Some(factors) = &last {
-                    let polished = self.cone_step::<A, N>(trial, trial_point, &state, factors, 1.0);
+                    let polished = self.cone_step::<A, N>(trial, &state, factors, 1.0, unknown);
                     if self.cone_merit(&polished) < self.cone_merit(&state) {
                         state = polished;
                     }
@@ -65,7 +86,7 @@ impl DruckerPrager {
                 what: "the local problem of the cone is singular",
                 residual: self.cone_merit(&state).sqrt(),
             })?;
-            state = self.cone_correction::<A, N>(trial, trial_point, &state, &factors)?;
+            state = self.cone_correction::<A, N>(trial, &state, &factors, unknown)?;
             last = Some(factors);
         }
         Err(NoSolution {
@@ -84,8 +105,8 @@ impl DruckerPrager {
     ) -> Option<()> {
         let stretch = strain.stretch * new.inverse_plastic_deformation;
         let wryness = strain.wryness - new.plastic_wryness;
-        let point = self.stress_point(trial, &stretch, &wryness);
-        let state = self.cone_state(trial, &point, &stretch, &wryness, new.chi - trial.old.chi);
+        let multiplier = Amount::Multiplier(new.chi - trial.old.chi);
+        let state = self.cone_state(trial, &stretch, &wryness, multiplier);
         let factors = self.cone_system::<A, N>(trial, &state).factorise()?;
         let rates = factors.solve(&self.cone_right_sides::<A, N, COLUMNS>(trial, &state));
         if !rates.iter().flatten().sum::<f64>().is_finite() {
@@ -120,25 +141,20 @@ impl DruckerPrager {
         Some(())
     }
 
-    fn cone_state(
-        &self,
-        trial: &Trial,
-        trial_point: &StressPoint,
-        stretch: &Matrix3<f64>,
-        wryness: &Matrix3<f64>,
-        multiplier: f64,
-    ) -> ConeState {
+    fn cone_state(&self, trial: &Trial, stretch: &Matrix3<f64>, wryness: &Matrix3<f64>, amount: Amount) -> ConeState {
         let length = self.plastic.plastic_length;
-        let mut point = self.stress_point(trial, stretch, wryness);
-        let projection =
-            point.deviator.dot(&trial_point.deviator) + point.couple_flow.dot(&trial_point.couple) / (length * length);
-        point.shear = point.shear.copysign(projection);
-        let exponent = self.flow_direction(&point) * -multiplier;
-        let exponential = SymmetricExponential::new(&exponent);
+        let point = self.stress_point(trial, stretch, wryness);
+        let (ratio, multiplier) = match amount {
+            Amount::Ratio(ratio) => (ratio, ratio * point.shear),
+            Amount::Multiplier(multiplier) => (multiplier / point.shear, multiplier),
+        };
+        let spherical = Matrix3::from_diagonal_element(self.plastic.dilatancy_slope / 3.0 * multiplier);
+        let exponential = SymmetricExponential::new(&-(point.deviator * (1.5 * ratio) + spherical));
         let returned_stretch = exponential.value * trial.stretch;
-        let couple_factor = 1.5 * multiplier / (length * length * point.shear);
+        let couple_factor = 1.5 * ratio / (length * length);
         ConeState {
             wryness: *wryness,
+            ratio,
             multiplier,
             exponential,
             returned_stretch,
@@ -147,11 +163,6 @@ impl DruckerPrager {
             yield_value: self.yield_value(&point, trial.old.chi + multiplier),
             point,
         }
-    }
-
-    /// `N`.
-    fn flow_direction(&self, point: &StressPoint) -> Matrix3<f64> {
-        point.deviator * (1.5 / point.shear) + Matrix3::from_diagonal_element(self.plastic.dilatancy_slope / 3.0)
     }
 
     /// Square of the norm of all residuals.
@@ -164,7 +175,7 @@ impl DruckerPrager {
     fn cone_converged(&self, trial: &Trial, state: &ConeState) -> bool {
         let shear = state.point.shear;
         // The direction s/q carries the rounding of the stretch, enlarged by mu/q: less cannot be asked.
-        let rounding = 16.0 * f64::EPSILON * (1.0 + 2.0 * self.elastic.mu * (state.multiplier / shear).abs());
+        let rounding = 16.0 * f64::EPSILON * (1.0 + 2.0 * self.elastic.mu * state.ratio);
         let tolerance = self.plastic.tolerance.max(rounding.min(1e-9));
         let strain_error = (state.stretch_residual.norm_squared() + state.wryness_residual.norm_squared()).sqrt();
         let chi = trial.old.chi + state.multiplier;
@@ -175,14 +186,14 @@ impl DruckerPrager {
     fn cone_correction<A: ActiveSet, const N: usize>(
         &self,
         trial: &Trial,
-        trial_point: &StressPoint,
         state: &ConeState,
         factors: &Factors<N>,
+        unknown: Unknown,
     ) -> Result<ConeState, NoSolution> {
         let merit = self.cone_merit(state);
         let mut fraction = 1.0;
         for _ in 0..=MOST_HALVINGS {
-            let next = self.cone_step::<A, N>(trial, trial_point, state, factors, fraction);
+            let next = self.cone_step::<A, N>(trial, state, factors, fraction, unknown);
             if self.cone_merit(&next) <= (1.0 - 1e-4 * fraction) * merit || self.cone_converged(trial, &next) {
                 return Ok(next);
             }
@@ -198,10 +209,10 @@ impl DruckerPrager {
     fn cone_step<A: ActiveSet, const N: usize>(
         &self,
         trial: &Trial,
-        trial_point: &StressPoint,
         state: &ConeState,
         factors: &Factors<N>,
         fraction: f64,
+        unknown: Unknown,
     ) -> ConeState {
         let mut residual = [0.0; N];
         for (row, &pair) in A::STRETCH.iter().enumerate() {
@@ -220,8 +231,17 @@ impl DruckerPrager {
         for (row, &pair) in A::WRYNESS.iter().enumerate() {
             wryness[pair] -= fraction * correction[A::STRETCH.len() + row] / self.plastic.plastic_length;
         }
-        let multiplier = state.multiplier - fraction * correction[N - 1];
-        self.cone_state(trial, trial_point, &stretch, &wryness, multiplier)
+        let multiplier_change = -fraction * correction[N - 1];
+        if unknown == Unknown::Multiplier {
+            let amount = Amount::Multiplier(state.multiplier + multiplier_change);
+            return self.cone_state(trial, &stretch, &wryness, amount);
+        }
+        let gradients = self.gradients(&state.point);
+        let shear_change = gradients.shear_by_stretch.dot(&(stretch - state.point.stretch))
+            + gradients.shear_by_wryness.dot(&(wryness - state.wryness));
+        let ratio_change = (multiplier_change - state.ratio * shear_change) / state.point.shear;
+        let amount = Amount::Ratio(moved_ratio(state.ratio, ratio_change));
+        self.cone_state(trial, &stretch, &wryness, amount)
     }
 
     fn gradients(&self, point: &StressPoint) -> Gradients {
@@ -418,6 +438,15 @@ fn deviator_rates<A: ActiveSet>(rates: &ExponentialRates, point: &StressPoint) -
     })
 }
 
+/// The ratio after a change, which acts on its inverse where it would lower it: so it stays positive.
+fn moved_ratio(ratio: f64, change: f64) -> f64 {
+    if change < 0.0 && ratio > 0.0 {
+        ratio / (1.0 - change / ratio)
+    } else {
+        ratio + change
+    }
+}
+
 fn accept_cone(trial: &Trial, state: &ConeState) -> Result<Returned, NoSolution> {
     if state.point.shear > 0.0 && state.multiplier > 0.0 {
         Ok(Returned {
@@ -428,7 +457,7 @@ fn accept_cone(trial: &Trial, state: &ConeState) -> Result<Returned, NoSolution>
         })
     } else {
         Err(NoSolution {
-            what: "the strain lies beyond the apex of the cone",
+            what: "the return to the cone shows no plastic flow",
             residual: state.multiplier.abs(),
         })
     }
