@@ -123,6 +123,12 @@ impl fmt::Display for SolveError {
 
 impl std::error::Error for SolveError {}
 
+impl From<SolveError> for crate::error::Error {
+    fn from(error: SolveError) -> Self {
+        crate::error::Error::System(error.to_string())
+    }
+}
+
 impl From<PetscError> for SolveError {
     fn from(error: PetscError) -> Self {
         SolveError::Petsc(error)

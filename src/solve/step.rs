@@ -4,9 +4,10 @@ use super::attempt::{Failure, Search, Solution, Solver, Tried, external_forces, 
 use super::balance::{LARGEST_IMBALANCE, imbalance, share_points};
 use super::convergence::IterationRecord;
 use super::equilibrium::Equilibrium;
-use super::model::{Model, StepSystem};
 use super::schedule::Schedule;
+use super::settings::{SolverSettings, Stage};
 use crate::assembly::kernel::Workspace;
+use crate::assembly::model::{Model, StepSystem};
 use crate::clock::{Clock, Phase};
 use crate::condition::Time;
 use crate::condition::dirichlet::prescribe;
@@ -15,7 +16,6 @@ use crate::error::Error;
 use crate::parallel::World;
 use crate::petsc::{BlockMatrix, Layout, Newton, NewtonOptions, Partitioner, PetscInt, Session};
 use crate::points::search::Misplaced;
-use crate::scene::{SolverSettings, Stage};
 use std::rc::Rc;
 
 /// The points are shared anew only where that improves on what the last partition could reach.
