@@ -432,6 +432,7 @@ fn iterative(session: &Rc<Session>) {
 
 /// A lattice graph in balanced parts, also from ranks without vertices.
 fn partitions(session: &Rc<Session>) {
+    assert!(session.world().is_thread_safe(), "PT-Scotch needs it");
     for partitioner in [Partitioner::Metis, Partitioner::PtScotch, Partitioner::Auto] {
         for all_on_last in [false, true] {
             balanced(session, partitioner, all_on_last);
