@@ -271,24 +271,16 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         let (own, other) = (petsc_numbers(&active.own_blocks), petsc_numbers(&active.other_blocks));
         let format = self.session.matrix_format()?;
         let matrix = BlockMatrix::new(&self.session, format, N, active.owned, &own, &other)?;
-        match &mut self.solver {
-            Some(solver) => {
-                solver.newton.rebuild(&layout, matrix)?;
-                solver.layout = layout;
-                solver.active = active.clone();
-            }
-            None => {
-                let options = NewtonOptions {
-                    max_iterations: self.settings.max_iterations,
-                };
-                let newton = Newton::new(&self.session, &layout, matrix, &options)?;
-                self.solver = Some(Solver {
-                    newton,
-                    layout,
-                    active: active.clone(),
-                });
-            }
-        }
+        let options = NewtonOptions {
+            max_iterations: self.settings.max_iterations,
+        };
+        // A new solver for a new pattern: preconditioners of several levels keep sizes that a reset does not clear.
+        let newton = Newton::new(&self.session, &layout, matrix, &options)?;
+        self.solver = Some(Solver {
+            newton,
+            layout,
+            active: active.clone(),
+        });
         Ok(())
     }
 
