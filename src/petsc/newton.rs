@@ -127,7 +127,7 @@ impl Newton {
         unsafe {
             check(sys::KSPSetType(self.ksp, method.as_ptr()))?;
             check(sys::PCSetType(self.pc, c"lu".as_ptr()))?;
-            if sys::PETSC_HAVE_MUMPS != 0 {
+            if sys::PETSC_SYS_HAVE_MUMPS != 0 {
                 check(sys::PCFactorSetMatSolverType(self.pc, c"mumps".as_ptr()))?;
             }
             // MUMPS takes an ordering from outside on one rank only; other packages have their own preferences.
