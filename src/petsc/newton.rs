@@ -132,7 +132,9 @@ impl Newton {
             }
             // MUMPS takes an ordering from outside on one rank only; other packages have their own preferences.
             let package = self.session.option(c"-pc_factor_mat_solver_type")?;
-            if self.session.world().size() == 1 && package.is_none_or(|package| package == "mumps") {
+            let mumps_decides = self.session.has_option(c"-mat_mumps_icntl_7")?;
+            let mumps = package.is_none_or(|package| package == "mumps");
+            if self.session.world().size() == 1 && mumps && !mumps_decides {
                 check(sys::PCFactorSetMatOrderingType(self.pc, ordering::NAME.as_ptr()))?;
             }
         }
@@ -144,7 +146,7 @@ impl Newton {
         let ordering = self.session.option(c"-pc_factor_mat_ordering_type")?;
         let wanted = self.session.world().size() == 1
             && self.matrix.storage()? == "seqbaij"
-            && ordering.is_none_or(|name| name != "external")
+            && ordering.map_or(!self.session.has_option(c"-mat_mumps_icntl_7")?, |name| name != "external")
             // SAFETY: the preconditioner is valid as long as `self`.
             && unsafe { ordering::factors_with_mumps(self.pc)? };
         wanted.then(|| ScalarCopy::new(&self.matrix)).transpose()
