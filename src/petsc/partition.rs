@@ -133,7 +133,8 @@ pub fn partition(
     let partitioning = MatPartitioning::new(session)?;
     let adjacency = adjacency(session, graph, total)?;
     let weights = petsc_copy(&graph.vertex_weights)?;
-    // SAFETY: the handles are valid; the weights were allocated by PETSc, which frees them; the name ends with a zero byte.
+    // SAFETY: the handles are valid; the weights were allocated by PETSc, which frees them; the name ends with a zero
+    // byte.
     unsafe {
         let handle = partitioning.handle;
         check(sys::MatPartitioningSetAdjacency(handle, adjacency.handle))?;

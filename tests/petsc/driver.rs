@@ -23,8 +23,8 @@ fn launch_alone(case: &str, environment: &str) -> Finished {
     run_limited(&[], case, "", environment)
 }
 
-/// Runs a case under `timeout`, which asks `mpirun` to end all ranks. Open MPI may run in containers and with more ranks
-/// than cores, and the BLAS has one thread a rank.
+/// Runs a case under `timeout`, which asks `mpirun` to end all ranks. Open MPI may run in containers and with more
+/// ranks than cores, and the BLAS has one thread a rank.
 fn run_limited(launcher: &[&str], case: &str, options: &str, environment: &str) -> Finished {
     let program = std::env::current_exe().expect("this program has a path");
     let mut command = Command::new("timeout");
@@ -109,6 +109,10 @@ fn checks() -> Vec<Check> {
         let check = move || ranks_agree(options, tolerance);
         add(format!("poisson agrees on 1, 2 and 3 ranks {options}"), Box::new(check));
     }
+    for ranks in 2..=3 {
+        let run = move || launch(ranks, "empty rank", "").must_succeed().map(drop);
+        add(format!("a rank without unknowns on {ranks}"), Box::new(run));
+    }
     for line_search in ["bt", "l2", "cp", "basic"] {
         let run = move || {
             launch(2, "domain", &format!("-snes_linesearch_type {line_search}"))
@@ -123,6 +127,13 @@ fn checks() -> Vec<Check> {
             format!("panic in a callback on {ranks}"),
             Box::new(move || panic_ends_the_run(ranks)),
         );
+    }
+    for ranks in 1..=2 {
+        let options = "-options_file /nonexistent";
+        let run = move || launch(ranks, "refused", options).must_succeed().map(drop);
+        add(format!("a missing options file on {ranks}"), Box::new(run));
+        let run = move || broken_file_ends_the_run(ranks);
+        add(format!("a broken options file on {ranks}"), Box::new(run));
     }
     let line = || unused_option(launch(1, "options", "-ksp_typo 3"));
     add("options on the command line".into(), Box::new(line));
@@ -145,12 +156,7 @@ fn ranks_agree(options: &str, tolerance: f64) -> Result<(), String> {
 fn orderings_agree() -> Result<(), String> {
     let metis = launch(1, "poisson", "").must_succeed()?;
     let scalar = launch(1, "poisson", "-mat_type aij").must_succeed()?;
-    let pord = launch(
-        1,
-        "poisson",
-        "-pc_factor_mat_ordering_type external -mat_mumps_icntl_7 4",
-    )
-    .must_succeed()?;
+    let pord = launch(1, "poisson", "-mat_mumps_icntl_7 4").must_succeed()?;
     let metis_name = "METIS nested dissection";
     for (run, name) in [(&metis, metis_name), (&scalar, metis_name), (&pord, "PORD")] {
         if !run.stdout.contains(&format!("ordering: MUMPS lu, {name}")) {
@@ -158,6 +164,20 @@ fn orderings_agree() -> Result<(), String> {
         }
     }
     compare(&metis.numbers("solution")?, &pord.numbers("solution")?, 1e-12)
+}
+
+/// PETSc reads the file on rank 0, and the other ranks must not wait for it.
+fn broken_file_ends_the_run(ranks: usize) -> Result<(), String> {
+    let file = std::env::temp_dir().join(format!("petsc-options-{}-{ranks}", std::process::id()));
+    std::fs::write(&file, "this is not an option\n").map_err(|error| error.to_string())?;
+    let run = launch(ranks, "refused", &format!("-options_file {}", file.display()));
+    std::fs::remove_file(&file).map_err(|error| error.to_string())?;
+    let told = format!("{}{}", run.stdout, run.stderr).contains("PETSc error");
+    if run.timed_out || !told {
+        Err(run.report())
+    } else {
+        Ok(())
+    }
 }
 
 /// A panic on the last rank ends all of them, with its message and without a trace of PETSc.
