@@ -57,19 +57,20 @@ impl Check<'_> {
     /// The face that the grid follows: one whose motion along its own axis is prescribed.
     fn follow_face(&mut self, path: &Path, face: FaceName, cells: &[usize; 3]) -> Option<GridPlane> {
         let expected = "a face with `move` of its own axis under `boundary`, as y_max with move: {uy: -0.01}";
-        let axis = face_axis(face).filter(|(axis, _)| *axis < self.kinematics.dimension());
-        let Some((axis, upper)) = axis else {
-            self.report(path, "the grid cannot follow this face", expected);
+        let (axis, normal) = face_axis(face);
+        let exists = face != FaceName::All && axis < self.kinematics.dimension();
+        if !self.require(exists, path, "the grid cannot follow this face", expected) {
             return None;
-        };
+        }
         let moving = |keys: &BoundaryKeys| {
             let same = matches!(keys.face, ScalarOr::Scalar(name) if name == face);
             same && keys.moves.contains_key(self.kinematics.unknowns()[axis])
         };
         let found = self.config.boundary.iter().any(moving);
         let message = "no motion of this face along its axis is prescribed";
-        let index = if upper { cells[axis] } else { 0 };
-        self.require(found, path, message, expected).then_some(GridPlane { axis, index })
+        let index = if normal > 0.0 { cells[axis] } else { 0 };
+        self.require(found, path, message, expected)
+            .then_some(GridPlane { axis, index })
     }
 
     /// Edges of the grid; 1 along an axis that plane strain does not have.
