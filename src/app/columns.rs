@@ -1,11 +1,11 @@
 //! History columns: numbers drawn from the accepted state.
 
 use super::snapshot::{chi_of, mean_stress, von_mises};
+use crate::assembly::model::Model;
 use crate::condition::Time;
 use crate::continuum::{Fields, Observation};
 use crate::parallel::World;
 use crate::scene::{HistoryColumn, HistoryQuantity, Kinematics, PointField, Reduction, Scene};
-use crate::solve::model::Model;
 use nalgebra::Matrix3;
 
 /// An entry of `output.history`, one or more columns.
@@ -121,7 +121,7 @@ fn value_of<C: Fields<D, N>, const D: usize, const N: usize>(
                 rotation,
                 twist,
                 volume_ratio,
-            } = C::observe(&points.motion[p], &points.stress[p]);
+            } = C::observe_fields(&points.motion[p], &points.stress[p]);
             match field {
                 PointField::Rotation => vector(&mut value, rotation.unwrap_or_default().as_slice()),
                 PointField::TwistX => value[0] = twist.unwrap_or_default().x,

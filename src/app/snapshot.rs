@@ -1,9 +1,9 @@
 //! What a snapshot shows of the points.
 
+use crate::assembly::model::Model;
 use crate::continuum::{Fields, Observation};
 use crate::output::{PointField, PointValues};
 use crate::points::select::in_space;
-use crate::solve::model::Model;
 use nalgebra::{Matrix3, Vector3};
 
 /// Mean stress `tr sigma / 3`, positive in tension.
@@ -36,7 +36,7 @@ pub fn fields<C: Fields<D, N>, const D: usize, const N: usize>(
 ) -> (Vec<[f64; 3]>, Vec<PointField>) {
     let points = &model.points;
     let observed: Vec<Observation> = (0..points.len())
-        .map(|p| C::observe(&points.motion[p], &points.stress[p]))
+        .map(|p| C::observe_fields(&points.motion[p], &points.stress[p]))
         .collect();
     let vectors = |of: &dyn Fn(&Observation) -> Option<Vector3<f64>>| {
         PointValues::Vector(

@@ -133,12 +133,14 @@ impl Newton {
         unsafe {
             check(sys::KSPSetType(self.ksp, method.as_ptr()))?;
             check(sys::PCSetType(self.pc, c"lu".as_ptr()))?;
-            if sys::PETSC_HAVE_MUMPS != 0 {
+            if sys::PETSC_SYS_HAVE_MUMPS != 0 {
                 check(sys::PCFactorSetMatSolverType(self.pc, c"mumps".as_ptr()))?;
             }
             // MUMPS takes an ordering from outside on one rank only; other packages have their own preferences.
             let package = self.session.option(c"-pc_factor_mat_solver_type")?;
-            if self.session.world().size() == 1 && package.is_none_or(|package| package == "mumps") {
+            let mumps_decides = self.session.has_option(c"-mat_mumps_icntl_7")?;
+            let mumps = package.is_none_or(|package| package == "mumps");
+            if self.session.world().size() == 1 && mumps && !mumps_decides {
                 check(sys::PCFactorSetMatOrderingType(self.pc, ordering::NAME.as_ptr()))?;
             }
         }
@@ -150,23 +152,10 @@ impl Newton {
         let ordering = self.session.option(c"-pc_factor_mat_ordering_type")?;
         let wanted = self.session.world().size() == 1
             && self.matrix.storage()? == "seqbaij"
-            && ordering.is_none_or(|name| name != "external")
+            && ordering.map_or(!self.session.has_option(c"-mat_mumps_icntl_7")?, |name| name != "external")
             // SAFETY: the preconditioner is valid as long as `self`.
             && unsafe { ordering::factors_with_mumps(self.pc)? };
         wanted.then(|| ScalarCopy::new(&self.matrix)).transpose()
-    }
-
-    /// Takes a new numbering and pattern over; options stay.
-    pub fn rebuild(&mut self, layout: &Layout, matrix: BlockMatrix) -> Result<(), PetscError> {
-        // SAFETY: the handle is valid. SNES lets go of the old vectors and the old matrix before they are dropped.
-        check(unsafe { sys::SNESReset(self.snes) })?;
-        self.solution = Vector::new(&self.session, layout)?;
-        self.function = Vector::new(&self.session, layout)?;
-        self.unknowns = GhostVector::new(&self.session, layout)?;
-        self.residual = GhostVector::new(&self.session, layout)?;
-        self.matrix = matrix;
-        self.copy = self.scalar_copy()?;
-        Ok(())
     }
 
     /// Name of the line search in use, as `-snes_linesearch_type` has it.
