@@ -2,7 +2,7 @@
 
 use super::scenes;
 use crate::common::launch::Launch;
-use rustix::process::{Signal, kill_process};
+use rustix::process::{Pid, Signal, kill_process};
 use std::time::{Duration, Instant};
 
 /// From the death of a rank to the end of the job.
@@ -30,10 +30,7 @@ fn a_rank_that_is_killed_ends_the_job() {
             "the summary tells of an end that did not happen"
         );
         for rank in ranks {
-            assert!(
-                rustix::process::test_kill_process(rank).is_err(),
-                "rank {rank:?} still runs"
-            );
+            wait_for_end(rank);
         }
     }
 }
@@ -46,6 +43,22 @@ fn wait_for_rows(path: &std::path::Path) {
             start.elapsed() < Duration::from_secs(120),
             "the run does not get under way"
         );
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// A process that has ended may still be listed until somebody asks for its exit code (state Z).
+fn wait_for_end(process: Pid) {
+    let start = Instant::now();
+    let running = || {
+        let stat = std::fs::read_to_string(format!("/proc/{}/stat", process.as_raw_nonzero())).unwrap_or_default();
+        let state = stat
+            .rsplit_once(')')
+            .and_then(|(_, tail)| tail.split_whitespace().next());
+        state.is_some_and(|state| state != "Z" && state != "X")
+    };
+    while running() {
+        assert!(start.elapsed() < Duration::from_secs(SECONDS), "{process:?} still runs");
         std::thread::sleep(Duration::from_millis(20));
     }
 }

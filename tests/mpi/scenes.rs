@@ -37,7 +37,7 @@ bodies:
     shape: {box: {min: [0.01, 0.01, 0.0], max: [0.04, 0.04, 0.04]}}
     points_per_cell: 2
 boundary:
-  - {face: z_min, fix: [ux, uy, uz], name: base}
+  - {face: z_min, fix: [ux, uy, uz, ry], name: base}
   - {face: {axis: z, at: 0.04}, move: {ux: 0.002, uy: 0.001, uz: -0.001}, name: top}
 stages: [{name: shear, steps: 4}]
 solver: {force_tolerance: 1.0e-11}
@@ -46,7 +46,7 @@ output:
   history:
     - {name: base, reaction: {boundary: base, component: ux}}
     - {name: top, reaction: {boundary: top, component: uz}}
-    - {name: top_couple, reaction: {boundary: base, component: ry}}
+    - {name: base_couple, reaction: {boundary: base, component: ry}}
     - {name: chi_max, max: chi}
     - {name: chi_mean, mean: chi}
     - {name: stress, mean: stress}
@@ -56,7 +56,7 @@ output:
     )
 }
 
-/// A block under its weight that slides along the grid by six cells, in steps of half a cell.
+/// A block under a weight with a part along the grid, whose base slides by six cells in steps of half a cell.
 pub fn sliding_block() -> Launch {
     Launch::text(
         "
@@ -67,19 +67,20 @@ materials:
 bodies:
   - {name: block, material: soil, shape: {box: {min: [0.01, 0.0], max: [0.05, 0.04]}}, points_per_cell: 2}
 boundary:
-  - {face: all, move: {ux: 0.06}}
-  - {face: y_min, fix: [uy], name: floor}
+  - {face: y_min, fix: [uy], move: {ux: 0.06}, name: floor}
 loads:
-  - {specific_weight: [0.0, -400.0e3]}
+  - {specific_weight: [200.0e3, -400.0e3]}
 stages: [{name: slide, steps: 12}]
 solver: {force_tolerance: 1.0e-11}
 output:
   snapshots: {every: 1}
   history:
-    - {name: floor, reaction: {boundary: floor, component: uy}}
+    - {name: floor_x, reaction: {boundary: floor, component: ux}}
+    - {name: floor_y, reaction: {boundary: floor, component: uy}}
     - {name: place, mean: position}
     - {name: front, max: position}
-    - {name: stress, min: stress}
+    - {name: stress, mean: stress}
+    - {name: turn, max: rotation}
 ",
     )
 }

@@ -80,7 +80,7 @@ fn an_iterative_solver_gives_the_same_history() {
         ),
         (
             "GMRES with GAMG",
-            "-mat_type aij -ksp_type gmres -pc_type gamg -ksp_rtol 1e-12 -ksp_max_it 2000",
+            "-mat_type aij -ksp_type gmres -pc_type gamg -ksp_diagonal_scale -ksp_rtol 1e-12 -ksp_max_it 2000",
         ),
     ] {
         let run = scenes::block().ranks(2).petsc(options).run().completed();
