@@ -8,7 +8,7 @@
 use super::nearest::{did_you_mean, nearest};
 use super::path::{Path, Step};
 use super::source::Source;
-use super::tree::{Entry, Node, Place, Value, shorten};
+use super::tree::{Entry, MAXIMUM_PROBLEMS, Node, Place, Value, shorten};
 use crate::problem::Problem;
 use serde::de::value::StrDeserializer;
 use serde::de::{self, DeserializeOwned, DeserializeSeed, IntoDeserializer, Visitor};
@@ -17,9 +17,6 @@ use std::fmt;
 
 /// Name of the newtype that a deserializer is asked for where a scalar, or else a list or mapping, is accepted.
 pub const SCALAR_OR: &str = "ScalarOr";
-
-/// No configuration of this size is repaired further; what was found until then is reported.
-const MAXIMUM_PASSES: usize = 1000;
 
 /// What was found wrong so far, and where.
 #[derive(Clone, Debug, Default)]
@@ -32,15 +29,39 @@ pub struct Findings {
 impl Findings {
     /// Adds a problem unless it lies at, above or below one that is known.
     pub fn add(&mut self, source: &Source, path: &Path, message: impl Into<String>, expected: impl Into<String>) {
-        if self.sound(path) {
-            self.problems
-                .push(source.problem_at(path, message.into(), expected.into()));
+        if !self.full() && self.sound(path) {
+            let problem = source.problem_at(path, message.into(), expected.into());
+            self.problems.push(problem);
         }
+    }
+
+    /// Adds a problem that spoils the value at a path.
+    fn push(&mut self, problem: Problem, spoiled: Path) {
+        if !self.full() {
+            self.problems.push(problem);
+            self.unsound.push(spoiled);
+        }
+    }
+
+    /// Whether so much is wrong that no more is looked for.
+    pub fn full(&self) -> bool {
+        self.problems.len() >= MAXIMUM_PROBLEMS
     }
 
     /// Whether nothing is wrong at a path, above or below it.
     pub fn sound(&self, path: &Path) -> bool {
         !self.unsound.iter().any(|bad| bad.contains(path) || path.contains(bad))
+    }
+
+    /// Whether all names of the entries of a section were read: none of its entries is wrong as a whole or in its `name`.
+    pub fn names_known(&self, section: &Path) -> bool {
+        let hides_name = |bad: &Path| match bad.0.get(section.0.len()..) {
+            None | Some([]) => bad.contains(section),
+            Some([Step::Index(_)]) => section.contains(bad),
+            Some([Step::Index(_), Step::Key(key)]) => key == "name" && section.contains(bad),
+            _ => false,
+        };
+        !self.unsound.iter().any(hides_name)
     }
 }
 
@@ -51,7 +72,7 @@ impl Findings {
 pub fn decode<T: DeserializeOwned>(source: &Source, findings: &mut Findings) -> Result<T, ()> {
     let mut root = source.root().clone();
     let mut lasting = findings.clone();
-    for _ in 0..MAXIMUM_PASSES {
+    for _ in 0..MAXIMUM_PROBLEMS {
         let pass = RefCell::new(lasting.clone());
         let result = T::deserialize(Decoder {
             node: &root,
@@ -200,11 +221,8 @@ impl<'a> Decoder<'a> {
     }
 
     fn report(&self, message: String, expected: &str) {
-        let mut findings = self.findings.borrow_mut();
-        findings
-            .problems
-            .push(self.source.problem_at(&self.path, message, expected.to_owned()));
-        findings.unsound.push(self.path.clone());
+        let problem = self.source.problem_at(&self.path, message, expected.to_owned());
+        self.findings.borrow_mut().push(problem, self.path.clone());
     }
 
     /// Text of a scalar that is not in quotes.
@@ -234,6 +252,9 @@ impl<'a> Decoder<'a> {
     fn known_entries(&self, entries: &'a [Entry], known: &'static [&'static str]) -> Vec<&'a Entry> {
         let is_known = |entry: &&Entry| known.contains(&entry.key.as_str());
         for entry in entries.iter().filter(|entry| !is_known(entry)) {
+            if self.findings.borrow().full() {
+                break;
+            }
             let suggestion = nearest(&entry.key, known.iter().copied());
             let hint = did_you_mean(suggestion);
             let message = format!("unknown key \"{}\"{hint}", shorten(&entry.key));
@@ -241,9 +262,8 @@ impl<'a> Decoder<'a> {
                 .source
                 .problem_at(&self.path.key(&entry.key), message, known.join(", "));
             problem.path = self.path.to_string();
-            let mut findings = self.findings.borrow_mut();
-            findings.problems.push(problem);
-            findings.unsound.push(self.path.key(suggestion.unwrap_or(&entry.key)));
+            let spoiled = self.path.key(suggestion.unwrap_or(&entry.key));
+            self.findings.borrow_mut().push(problem, spoiled);
         }
         entries
             .iter()

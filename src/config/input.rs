@@ -73,6 +73,7 @@ impl Input {
         let (source, mut findings) = self.source()?;
         let scene = decode::<ConfigFile>(&source, &mut findings)
             .ok()
+            .filter(|_| !findings.full())
             .and_then(|config| check::check(&config, &source, &self.files, &mut findings));
         match scene {
             Some(scene) if findings.problems.is_empty() => Ok((scene, source)),

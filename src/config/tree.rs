@@ -3,12 +3,16 @@
 use super::path::{Path, Step};
 use crate::problem::Problem;
 use saphyr_parser::{Event, Marker, Parser, ScalarStyle};
+use std::collections::HashMap;
 
 /// Deepest nesting of lists and mappings that is read.
 const MAXIMUM_DEPTH: usize = 60;
 
 /// Largest number of values that is read: no configuration is that long.
-const MAXIMUM_NODES: usize = 1_000_000;
+const MAXIMUM_NODES: usize = 100_000;
+
+/// Problems beyond this number are not reported: by then the file is not what the user thinks it is.
+pub const MAXIMUM_PROBLEMS: usize = 200;
 
 /// Where a piece of a configuration comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -221,6 +225,8 @@ struct Open {
     node: Node,
     /// Key of a mapping whose value comes next.
     key: Option<(String, Place)>,
+    /// Keys of a mapping so far.
+    known: HashMap<String, Place>,
 }
 
 /// Makes a tree of the parser's events.
@@ -290,7 +296,11 @@ impl Builder<'_> {
             let expected = format!("at most {MAXIMUM_DEPTH} levels");
             return Err(self.fatal(node.place, "lists and mappings are nested too deeply", &expected));
         }
-        self.open.push(Open { node, key: None });
+        self.open.push(Open {
+            node,
+            key: None,
+            known: HashMap::new(),
+        });
         Ok(())
     }
 
@@ -307,10 +317,13 @@ impl Builder<'_> {
         };
         match (&mut open.node.value, open.key.take()) {
             (Value::List(nodes), _) => nodes.push(node),
-            (Value::Mapping(entries), Some((key, place))) => match entries.iter().find(|entry| entry.key == key) {
-                None => entries.push(Entry { key, place, node }),
+            (Value::Mapping(entries), Some((key, place))) => match open.known.get(&key) {
+                None => {
+                    open.known.insert(key.clone(), place);
+                    entries.push(Entry { key, place, node });
+                }
                 Some(first) => {
-                    let message = format!("the key \"{}\" appears twice{}", shorten(&key), also_at(first.place));
+                    let message = format!("the key \"{}\" appears twice{}", shorten(&key), also_at(*first));
                     self.report_key(place, &key, &message);
                 }
             },

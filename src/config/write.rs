@@ -48,11 +48,27 @@ fn block(text: &mut String, indent: usize, lead: &str, value: &Value) {
         }
         Value::Array(values) if spread && !values.is_empty() => {
             let written = writeln!(text, "{line}");
-            values.iter().for_each(|value| block(text, indent + 2, "-", value));
+            values.iter().for_each(|value| list_entry(text, indent + 2, value));
             written
         }
         _ => writeln!(text, "{line} {flow}"),
     };
+}
+
+/// Writes an entry of a list; the first key of a mapping that needs several lines follows the dash.
+fn list_entry(text: &mut String, indent: usize, value: &Value) {
+    let long = indent + 2 + flow(value).len() > LINE_LENGTH;
+    match value {
+        Value::Object(entries) if long => {
+            let begin = text.len();
+            for (key, value) in entries {
+                block(text, indent + 2, &format!("{}:", quote(key)), value);
+            }
+            // The dash takes the place of a blank.
+            text.replace_range(begin + indent..=begin + indent, "-");
+        }
+        _ => block(text, indent, "-", value),
+    }
 }
 
 /// A value on one line.
@@ -67,6 +83,11 @@ fn flow(value: &Value) -> String {
                 .collect();
             format!("{{{}}}", entries.join(", "))
         }
+        // YAML 1.1, as many scripts read it, knows exponents only after a decimal point.
+        Value::Number(number) => match number.to_string() {
+            text if text.contains('.') => text,
+            text => text.replacen('e', ".0e", 1),
+        },
         other => other.to_string(),
     }
 }

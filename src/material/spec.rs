@@ -280,7 +280,7 @@ impl Checks<'_> {
     fn choose(&mut self, what: &str, choices: &[&[&'static str]]) -> Option<usize> {
         let set = self.set_of(&choices.concat());
         let same = |choice: &&[&str]| choice.len() == set.len() && choice.iter().all(|key| set.contains(key));
-        let chosen = choices.iter().position(|choice| same(&choice));
+        let chosen = choices.iter().position(same);
         if chosen.is_none() {
             let accepted: Vec<_> = choices.iter().map(|choice| choice.join(" and ")).collect();
             let accepted = format!("either {}", accepted.join(", or "));

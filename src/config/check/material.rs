@@ -106,21 +106,20 @@ impl Check<'_> {
         let mut set: Vec<_> = variants
             .iter()
             .filter(|variant| variant.used)
-            .flat_map(|v| v.keys.numbers_set())
+            .flat_map(|variant| variant.keys.numbers_set())
             .collect();
         set.sort_unstable();
         set.dedup();
+        // Where the material of a body is wrong, whether it sets a key is not known.
+        let bodies = &self.config.bodies;
+        let known = bodies
+            .iter()
+            .all(|body| self.config.materials.contains_key(&body.material));
         for (key, factor) in &keys.scale {
             let place = path.key(key);
             let hint = did_you_mean(nearest(key, set.iter().copied()));
             let message = format!("no material of a body sets \"{}\"{hint}", shorten(key));
-            let bodies_sound = self.sound(&Path::root().key("bodies"));
-            self.require(
-                set.contains(&key.as_str()) || !bodies_sound,
-                &place,
-                message,
-                set.join(", "),
-            );
+            self.require(set.contains(&key.as_str()) || !known, &place, message, set.join(", "));
             self.require(
                 *factor > 0.0,
                 &place,
@@ -139,8 +138,9 @@ impl Check<'_> {
     /// A region, with a new variant of each material that can occur in it and sets a key that it scales.
     fn region(&mut self, path: &Path, keys: &RegionKeys, shape: Shape, variants: &mut Vec<Variant>) -> Option<Region> {
         let mut replace = Vec::new();
+        let shape_bounds = shape.bounds();
         for from in 0..variants.len() {
-            let bounds = intersection(variants[from].bounds, shape.bounds());
+            let bounds = intersection(variants[from].bounds, shape_bounds);
             let empty = (0..3).any(|axis| bounds.0[axis] >= bounds.1[axis]);
             let mut scaled = variants[from].keys.clone();
             if !variants[from].used || empty || !scale(&mut scaled, keys) {

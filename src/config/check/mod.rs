@@ -127,7 +127,7 @@ impl Check<'_> {
     fn lookup(&mut self, path: &Path, name: &str, what: &str, section: &str, known: &[&str]) -> Option<usize> {
         let found = known.iter().position(|candidate| *candidate == name);
         // A name that is missing because its own entry is wrong has been reported there.
-        if found.is_none() && self.sound(&Path::root().key(section)) {
+        if found.is_none() && self.findings.names_known(&Path::root().key(section)) {
             let hint = did_you_mean(nearest(name, known.iter().copied()));
             let expected = if known.is_empty() {
                 format!("{section} names none")
