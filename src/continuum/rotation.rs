@@ -146,7 +146,7 @@ const fn rate_series(first: usize) -> [f64; TERMS] {
 }
 
 const fn alternating(n: usize) -> f64 {
-    if n.is_multiple_of(2) { 1.0 } else { -1.0 }
+    1.0 - 2.0 * (n % 2) as f64
 }
 
 const fn factorial(n: usize) -> f64 {

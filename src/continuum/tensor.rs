@@ -144,7 +144,7 @@ fn jacobi_rotation(a: &mut Matrix3<f64>, v: &mut Matrix3<f64>, p: usize, q: usiz
         return;
     }
     let cotangent = difference / (2.0 * off);
-    let t = cotangent.signum() / (cotangent.abs() + cotangent.hypot(1.0));
+    let t = cotangent.signum() / (cotangent.abs() + (cotangent * cotangent + 1.0).sqrt());
     let c = 1.0 / (t * t + 1.0).sqrt();
     let s = t * c;
     a[(p, p)] -= t * off;

@@ -19,7 +19,7 @@ impl<const N: usize> System<N> {
     }
 
     /// Gaussian elimination with partial pivoting; `None` for a system that is singular or not finite.
-    pub fn factorise(self) -> Option<Factors<N>> {
+    pub fn factorise(&self) -> Option<Factors<N>> {
         let mut rows = self.rows;
         let mut order: [usize; N] = std::array::from_fn(|row| row);
         for k in 0..N {
@@ -57,15 +57,15 @@ impl<const N: usize> Factors<N> {
         let mut x = self.order.map(|row| right[row]);
         for i in 0..N {
             let mut value = x[i];
-            for j in 0..i {
-                subtract(&mut value, self.rows[i][j], &x[j]);
+            for (factor, row) in self.rows[i][..i].iter().zip(&x) {
+                subtract(&mut value, *factor, row);
             }
             x[i] = value;
         }
         for i in (0..N).rev() {
             let mut value = x[i];
-            for j in i + 1..N {
-                subtract(&mut value, self.rows[i][j], &x[j]);
+            for (factor, row) in self.rows[i][i + 1..].iter().zip(&x[i + 1..]) {
+                subtract(&mut value, *factor, row);
             }
             let inverse = 1.0 / self.rows[i][i];
             x[i] = value.map(|v| v * inverse);

@@ -17,16 +17,18 @@
 //! Ue* = U Fp~^-1           Gammae* = Gamma - Gammap~
 //! ```
 //!
-//! (file `cone.rs`). Beyond the apex no point of the cone is reached; `apex.rs` has the return to it and the condition
-//! that tells the two apart. Only the symmetric part of `tau` yields. With `alpha = beta = 0` (von Mises) there is no
-//! apex. What leaves the law, per unit reference volume: `B = tau U^-T = B(Ue - I) Fp^-T` and `S(Gammae)`.
+//! (file `cone.rs`; `estimate.rs` says where its iteration starts). Beyond the apex no point of the cone is reached;
+//! `apex.rs` has the return to it and the condition that tells the two apart. Only the symmetric part of `tau` yields.
+//! With `alpha = beta = 0` (von Mises) there is no apex. What leaves the law, per unit reference volume:
+//! `B = tau U^-T = B(Ue - I) Fp^-T` and `S(Gammae)`.
 //!
 //! Stress is positive in tension. State: `Fp^-1` [-], `Gammap` [1/m], `chi` [-], and the branch of the last return.
 //!
 //! **Tolerances.** The local iteration ends when the norm of the residuals of strain, `(r_U, lp r_Gamma)`, is below the
 //! tolerance of the law and `|f|` below that tolerance times the larger of `|k + H chi|` and `q`, or where rounding
-//! allows no less; one more correction with the last factors follows. A trial state beyond the surface by less than
-//! the latter is elastic, so that rounding at a point on the surface decides nothing.
+//! allows no less; one more correction with the last factors follows unless all is a hundred times sharper already.
+//! A trial state beyond the surface by less than the tolerance of `|f|` is elastic, so that rounding at a point on the
+//! surface decides nothing.
 
 mod apex;
 mod cone;

@@ -32,7 +32,7 @@ impl Fields<2, 3> for Micropolar {
         // The comparisons are written so that what is not a number is outside, too.
         let volume_change = relative_deformation.determinant();
         let inside = volume_change > 0.0 && volume_change.is_finite() && w.abs() < PI;
-        if !inside || !(k[0].is_finite() && k[1].is_finite()) {
+        if !(inside && k[0].is_finite() && k[1].is_finite()) {
             return None;
         }
         let old_deformation = motion.deformation_gradient.fixed_view::<2, 2>(0, 0).into_owned();

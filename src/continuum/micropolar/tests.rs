@@ -42,10 +42,10 @@ where
 {
     let is_translation = <Micropolar as Fields<D, N>>::IS_TRANSLATION;
     let mut jet = Jet::zero();
-    for a in 0..N {
+    for (a, is_translation) in is_translation.into_iter().enumerate() {
         jet.value[a] = random.number() * rotation;
         for k in 0..D {
-            jet.gradient[(a, k)] = random.number() * if is_translation[a] { strain } else { strain / LENGTH };
+            jet.gradient[(a, k)] = random.number() * if is_translation { strain } else { strain / LENGTH };
         }
     }
     jet
@@ -440,10 +440,10 @@ fn plane_equals_space() {
         let motion = moved::<2, 3>(&mut random, 0.002, 0.002);
         let jet = random_jet::<2, 3>(&mut random, 0.004 * (1 + number % 4) as f64, 0.01);
         let mut wide = Jet::<3, 6>::zero();
-        for a in 0..3 {
-            wide.value[place[a]] = jet.value[a];
+        for (a, &wide_a) in place.iter().enumerate() {
+            wide.value[wide_a] = jet.value[a];
             for k in 0..2 {
-                wide.gradient[(place[a], k)] = jet.gradient[(a, k)];
+                wide.gradient[(wide_a, k)] = jet.gradient[(a, k)];
             }
         }
         let (strain, frame) = <Micropolar as Fields<2, 3>>::strain(&motion, &jet).expect("inside");
@@ -460,13 +460,13 @@ fn plane_equals_space() {
         <Micropolar as Fields<2, 3>>::tangent(&frame, &stress, &moduli, &mut tangent);
         <Micropolar as Fields<3, 6>>::tangent(&wide_frame, &stress, &moduli, &mut wide_tangent);
         let same = |left: f64, right: f64| assert!((left - right).abs() < 1e-11 * ELASTIC.mu, "{left} and {right}");
-        for a in 0..3 {
-            same(flux.source[a], wide_flux.source[place[a]]);
-            for b in 0..3 {
-                let at = (place[a], place[b]);
+        for (a, &wide_a) in place.iter().enumerate() {
+            same(flux.source[a], wide_flux.source[wide_a]);
+            for (b, &wide_b) in place.iter().enumerate() {
+                let at = (wide_a, wide_b);
                 same(tangent.source_value[(a, b)], wide_tangent.source_value[at]);
                 for j in 0..2 {
-                    same(flux.flux[(a, j)], wide_flux.flux[(place[a], j)]);
+                    same(flux.flux[(a, j)], wide_flux.flux[(wide_a, j)]);
                     same(tangent.source_gradient[j][(a, b)], wide_tangent.source_gradient[j][at]);
                     same(tangent.flux_value[j][(a, b)], wide_tangent.flux_value[j][at]);
                     for k in 0..2 {
@@ -500,8 +500,8 @@ fn strain_refuses_what_lies_outside() {
         <Micropolar as Fields<3, 6>>::strain(&motion, &jet).is_some()
     };
     assert!(plane(&|_| {}) && space(&|_| {}));
-    assert!(plane(&|jet| jet.value[2] = 3.14) && space(&|jet| jet.value[4] = -3.14));
-    assert!(!plane(&|jet| jet.value[2] = -3.15) && !space(&|jet| jet.value[4] = 3.15));
+    assert!(plane(&|jet| jet.value[2] = 3.1) && space(&|jet| jet.value[4] = -3.1));
+    assert!(!plane(&|jet| jet.value[2] = -3.2) && !space(&|jet| jet.value[4] = 3.2));
     assert!(!plane(&|jet| jet.gradient[(0, 0)] = -1.0) && !space(&|jet| jet.gradient[(2, 2)] = -1.1));
     for broken in [f64::NAN, f64::INFINITY] {
         for a in 0..3 {

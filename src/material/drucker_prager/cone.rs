@@ -60,8 +60,14 @@ struct Gradients {
     shear_by_wryness: Matrix3<f64>,
 }
 
-/// `d (exp(A) Ue*)` by the independent components of `A`: row per stretch, column per symmetric component.
-type ExponentialRates = [[f64; 6]; 9];
+/// What all derivatives of the residuals share.
+struct Rates {
+    /// `d (exp(A) Ue*)` by the independent components of `A`: row per stretch, column per symmetric component.
+    exponential: [[f64; 6]; 9],
+    /// The same along `dA = s`.
+    along_deviator: [f64; 9],
+    gradients: Gradients,
+}
 
 impl DruckerPrager {
     pub(super) fn return_to_cone<A: ActiveSet, const N: usize>(
@@ -74,7 +80,7 @@ impl DruckerPrager {
         let mut last: Option<Factors<N>> = None;
         for _ in 0..MOST_ITERATIONS {
             if self.cone_converged(trial, &state) {
-                if let Some(factors) = &last {
+                if let Some(factors) = last.as_ref().filter(|_| !self.cone_is_sharp(&state)) {
                     let polished = self.cone_step::<A, N>(trial, &state, factors, 1.0, unknown);
                     if self.cone_merit(&polished) < self.cone_merit(&state) {
                         state = polished;
@@ -82,12 +88,15 @@ impl DruckerPrager {
                 }
                 return accept_cone(trial, &state);
             }
-            let factors = self.cone_system::<A, N>(trial, &state).factorise().ok_or(NoSolution {
-                what: "the local problem of the cone is singular",
-                residual: self.cone_merit(&state).sqrt(),
-            })?;
-            state = self.cone_correction::<A, N>(trial, &state, &factors, unknown)?;
-            last = Some(factors);
+            let rates = self.rates::<A>(trial, &state);
+            last = self.cone_system::<A, N>(trial, &state, &rates).factorise();
+            let Some(factors) = &last else {
+                return Err(NoSolution {
+                    what: "the local problem of the cone is singular",
+                    residual: self.cone_merit(&state).sqrt(),
+                });
+            };
+            state = self.cone_correction::<A, N>(trial, &state, factors, unknown)?;
         }
         Err(NoSolution {
             what: "the return to the cone did not converge",
@@ -107,8 +116,9 @@ impl DruckerPrager {
         let wryness = strain.wryness - new.plastic_wryness;
         let multiplier = Amount::Multiplier(new.chi - trial.old.chi);
         let state = self.cone_state(trial, &stretch, &wryness, multiplier);
-        let factors = self.cone_system::<A, N>(trial, &state).factorise()?;
-        let rates = factors.solve(&self.cone_right_sides::<A, N, COLUMNS>(trial, &state));
+        let rates = self.rates::<A>(trial, &state);
+        let factors = self.cone_system::<A, N>(trial, &state, &rates).factorise()?;
+        let rates = factors.solve(&self.cone_right_sides::<A, N, COLUMNS>(trial, &state, &rates));
         if !rates.iter().flatten().sum::<f64>().is_finite() {
             return None;
         }
@@ -180,6 +190,11 @@ impl DruckerPrager {
         let strain_error = (state.stretch_residual.norm_squared() + state.wryness_residual.norm_squared()).sqrt();
         let chi = trial.old.chi + state.multiplier;
         strain_error <= tolerance && state.yield_value.abs() <= self.yield_tolerance(chi, shear)
+    }
+
+    /// Whether the residuals are so far below the tolerance that another correction would be wasted.
+    fn cone_is_sharp(&self, state: &ConeState) -> bool {
+        self.cone_merit(state).sqrt() <= 0.01 * self.plastic.tolerance
     }
 
     /// One damped correction: halved until the residuals fall.
@@ -257,36 +272,42 @@ impl DruckerPrager {
         }
     }
 
-    fn exponential_rates<A: ActiveSet>(&self, trial: &Trial, state: &ConeState) -> ExponentialRates {
+    fn rates<A: ActiveSet>(&self, trial: &Trial, state: &ConeState) -> Rates {
         let factor = state.exponential.principal_factor(&trial.stretch);
-        let mut rates = [[0.0; 6]; 9];
+        let mut exponential = [[0.0; 6]; 9];
         for (column, &pair) in A::SYMMETRIC.iter().enumerate() {
             let rate = state.exponential.derivative_times(pair, &factor);
             for (row, &stretch) in A::STRETCH.iter().enumerate() {
-                rates[row][column] = rate[stretch];
+                exponential[row][column] = rate[stretch];
             }
         }
-        rates
+        let along_deviator = exponential.map(|row| {
+            let products = row
+                .iter()
+                .zip(A::SYMMETRIC)
+                .map(|(rate, &pair)| rate * state.point.deviator[pair]);
+            products.sum()
+        });
+        Rates {
+            exponential,
+            along_deviator,
+            gradients: self.gradients(&state.point),
+        }
     }
 
     /// Derivatives of the residuals by the unknowns.
-    fn cone_system<A: ActiveSet, const N: usize>(&self, trial: &Trial, state: &ConeState) -> System<N> {
-        let rates = self.exponential_rates::<A>(trial, state);
-        let gradients = self.gradients(&state.point);
-        let deviator_rates = deviator_rates::<A>(&rates, &state.point);
+    fn cone_system<A: ActiveSet, const N: usize>(&self, trial: &Trial, state: &ConeState, rates: &Rates) -> System<N> {
         let mut system = System::zero();
-        self.columns_of_stretch::<A, N>(state, &gradients, &rates, &deviator_rates, &mut system);
-        self.columns_of_wryness::<A, N>(trial, state, &gradients, &deviator_rates, &mut system);
-        self.column_of_multiplier::<A, N>(state, &deviator_rates, &mut system);
+        self.columns_of_stretch::<A, N>(state, rates, &mut system);
+        self.columns_of_wryness::<A, N>(trial, state, rates, &mut system);
+        self.column_of_multiplier::<A, N>(state, rates, &mut system);
         system
     }
 
     fn columns_of_stretch<A: ActiveSet, const N: usize>(
         &self,
         state: &ConeState,
-        gradients: &Gradients,
-        rates: &ExponentialRates,
-        deviator_rates: &[f64; 9],
+        rates: &Rates,
         system: &mut System<N>,
     ) {
         let ConeState {
@@ -297,15 +318,20 @@ impl DruckerPrager {
         let factor = -1.5 * multiplier / point.shear;
         let couple_factor = -length * 1.5 * multiplier / (length * length * point.shear * point.shear);
         for (column, &by) in A::STRETCH.iter().enumerate() {
-            let (pressure, shear) = (gradients.pressure_by_stretch[by], gradients.shear_by_stretch[by]);
+            let (pressure, shear) = (
+                rates.gradients.pressure_by_stretch[by],
+                rates.gradients.shear_by_stretch[by],
+            );
             let mut exponent_rate = [0.0; 6];
             for (value, &(i, j)) in exponent_rate.iter_mut().zip(A::SYMMETRIC) {
                 let mean = if i == j { pressure } else { 0.0 };
                 *value = factor * (self.stress_rate(point, (i, j), by) - mean);
             }
             for row in 0..A::STRETCH.len() {
-                let through_deviator: f64 = (0..A::SYMMETRIC.len()).map(|c| rates[row][c] * exponent_rate[c]).sum();
-                let through_shear = -factor * deviator_rates[row] * shear / point.shear;
+                let through_deviator: f64 = (0..A::SYMMETRIC.len())
+                    .map(|c| rates.exponential[row][c] * exponent_rate[c])
+                    .sum();
+                let through_shear = -factor * rates.along_deviator[row] * shear / point.shear;
                 system.rows[row][column] = -(through_deviator + through_shear);
             }
             system.rows[column][column] += 1.0;
@@ -320,8 +346,7 @@ impl DruckerPrager {
         &self,
         trial: &Trial,
         state: &ConeState,
-        gradients: &Gradients,
-        deviator_rates: &[f64; 9],
+        rates: &Rates,
         system: &mut System<N>,
     ) {
         let ConeState {
@@ -332,9 +357,9 @@ impl DruckerPrager {
         let stretch_factor = -1.5 * multiplier / (point.shear * point.shear);
         let couple_factor = 1.5 * multiplier / (length * length * point.shear);
         for (column, &by) in A::WRYNESS.iter().enumerate() {
-            let shear = gradients.shear_by_wryness[by];
-            for row in 0..shears {
-                system.rows[row][shears + column] = stretch_factor * deviator_rates[row] * shear / length;
+            let shear = rates.gradients.shear_by_wryness[by];
+            for (row, rate) in rates.along_deviator[..shears].iter().enumerate() {
+                system.rows[row][shears + column] = stretch_factor * rate * shear / length;
             }
             for (row, &pair) in A::WRYNESS.iter().enumerate() {
                 let flow = self.couple_flow_rate(trial, pair, by) - point.couple_flow[pair] * shear / point.shear;
@@ -365,14 +390,14 @@ impl DruckerPrager {
     fn column_of_multiplier<A: ActiveSet, const N: usize>(
         &self,
         state: &ConeState,
-        deviator_rates: &[f64; 9],
+        rates: &Rates,
         system: &mut System<N>,
     ) {
         let point = &state.point;
         let length = self.plastic.plastic_length;
         for (row, &pair) in A::STRETCH.iter().enumerate() {
             // The spherical part of N commutes with everything: its derivative is the exponential itself.
-            system.rows[row][N - 1] = 1.5 / point.shear * deviator_rates[row]
+            system.rows[row][N - 1] = 1.5 / point.shear * rates.along_deviator[row]
                 + self.plastic.dilatancy_slope / 3.0 * state.returned_stretch[pair];
         }
         for (row, &pair) in A::WRYNESS.iter().enumerate() {
@@ -386,6 +411,7 @@ impl DruckerPrager {
         &self,
         trial: &Trial,
         state: &ConeState,
+        rates: &Rates,
     ) -> [[f64; COLUMNS]; N] {
         let ConeState {
             multiplier, ref point, ..
@@ -395,7 +421,6 @@ impl DruckerPrager {
         let nu = couple * trial.total_stretch.transpose();
         // nu = S U^T changes with U at fixed Gammae, and q with it.
         let shear_by_total = nu.tr_mul(couple) * (1.5 / (length * length * point.shear));
-        let deviator_rates = deviator_rates::<A>(&self.exponential_rates::<A>(trial, state), point);
         let stretch_factor = 1.5 * multiplier / (point.shear * point.shear);
         let couple_factor = 1.5 * multiplier / (length * point.shear);
         let exponential = &state.exponential.value;
@@ -405,7 +430,7 @@ impl DruckerPrager {
             let shear = shear_by_total[(a, b)];
             for (row, &(i, j)) in A::STRETCH.iter().enumerate() {
                 right[row][column] =
-                    exponential[(i, a)] * old_inverse[(b, j)] + stretch_factor * deviator_rates[row] * shear;
+                    exponential[(i, a)] * old_inverse[(b, j)] + stretch_factor * rates.along_deviator[row] * shear;
             }
             for (row, &(i, j)) in A::WRYNESS.iter().enumerate() {
                 let mut flow =
@@ -426,16 +451,6 @@ impl DruckerPrager {
         }
         right
     }
-}
-
-/// `d (exp(A) Ue*)` along `dA = s`.
-fn deviator_rates<A: ActiveSet>(rates: &ExponentialRates, point: &StressPoint) -> [f64; 9] {
-    rates.map(|row| {
-        row.iter()
-            .zip(A::SYMMETRIC)
-            .map(|(rate, &pair)| rate * point.deviator[pair])
-            .sum()
-    })
 }
 
 /// The ratio after a change, which acts on its inverse where it would lower it: so it stays positive.

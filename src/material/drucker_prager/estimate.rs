@@ -72,7 +72,7 @@ impl DruckerPrager {
     /// `x` of the return to the cone; `None` where `f` stays positive.
     fn ratio(&self, trial: &Trial, point: &StressPoint, parts: &Parts) -> Option<f64> {
         /// Enough for a start: the iteration proper does the rest.
-        const ACCURACY: f64 = 1e-4;
+        const ACCURACY: f64 = 1e-3;
         const MOST_EVALUATIONS: usize = 40;
         // y = 1/(1 + 3 mu x) maps the half-line to (0, 1].
         let rate = parts.rates[0];
