@@ -121,7 +121,7 @@ fn value_of<C: Fields<D, N>, const D: usize, const N: usize>(
                 rotation,
                 twist,
                 volume_ratio,
-            } = C::observe(&points.motion[p], &points.stress[p]);
+            } = C::observe_fields(&points.motion[p], &points.stress[p]);
             match field {
                 PointField::Rotation => vector(&mut value, rotation.unwrap_or_default().as_slice()),
                 PointField::TwistX => value[0] = twist.unwrap_or_default().x,

@@ -36,7 +36,7 @@ pub fn fields<C: Fields<D, N>, const D: usize, const N: usize>(
 ) -> (Vec<[f64; 3]>, Vec<PointField>) {
     let points = &model.points;
     let observed: Vec<Observation> = (0..points.len())
-        .map(|p| C::observe(&points.motion[p], &points.stress[p]))
+        .map(|p| C::observe_fields(&points.motion[p], &points.stress[p]))
         .collect();
     let vectors = |of: &dyn Fn(&Observation) -> Option<Vector3<f64>>| {
         PointValues::Vector(
