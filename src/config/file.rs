@@ -375,7 +375,7 @@ pub struct SolverKeys {
     pub return_map_tolerance: f64,
     /// Newton iterations before a step is cut, 1 or more.
     pub max_iterations: usize,
-    /// Linear solver.
+    /// Linear solver; `iterative` changes nothing by itself yet, a Krylov method is chosen with `petsc_options`.
     pub method: SolverMethodName,
     /// How the grid is shared among the ranks.
     pub partitioner: PartitionerName,
@@ -400,8 +400,9 @@ impl Default for SolverKeys {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SolverMethodName {
-    /// Direct.
+    /// As `direct`.
     Auto,
+    /// Factorisation by MUMPS.
     Direct,
     Iterative,
 }
@@ -458,6 +459,7 @@ pub struct OutputKeys {
     pub history: Vec<HistoryKeys>,
 }
 
+/// How often something is written.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EveryKeys {
