@@ -1,6 +1,5 @@
 //! Errors that end a run, and their exit codes.
 
-use crate::petsc::{PetscError, SolveError};
 use crate::problem::Problem;
 use std::fmt;
 
@@ -44,15 +43,3 @@ impl fmt::Display for Error {
 }
 
 impl std::error::Error for Error {}
-
-impl From<PetscError> for Error {
-    fn from(error: PetscError) -> Self {
-        Error::System(error.to_string())
-    }
-}
-
-impl From<SolveError> for Error {
-    fn from(error: SolveError) -> Self {
-        Error::System(error.to_string())
-    }
-}

@@ -2,8 +2,12 @@
 //!
 //! Vectors are three-dimensional; in plane strain the third component is zero and the third extent of the grid is one.
 
-use crate::grid::region::Shape;
+use crate::condition::dirichlet::{Boundary, Component};
+use crate::grid::ghost::GhostSettings;
 use crate::material::spec::MaterialSpec;
+use crate::points::seed::{Body, Region};
+use crate::points::select::Selection;
+use crate::solve::settings::{SolverSettings, Stage};
 
 /// Everything that a run needs to know, checked.
 ///
@@ -78,70 +82,6 @@ pub struct NamedMaterial {
 }
 
 #[derive(Clone, Debug)]
-pub struct Body {
-    pub name: String,
-    /// Index into `Scene::materials`, before regions.
-    pub material: usize,
-    pub points: PointSource,
-}
-
-/// Where the points of a body come from.
-#[derive(Clone, Debug)]
-pub enum PointSource {
-    /// Seeded evenly in each cell, per axis; those whose centre is outside the shape are left out.
-    Lattice { shape: Shape, points_per_cell: [usize; 3] },
-    /// Read from a file.
-    List(Vec<SeedPoint>),
-}
-
-/// A point read from a file.
-#[derive(Clone, Copy, Debug)]
-pub struct SeedPoint {
-    pub position: [f64; 3],
-    pub volume: f64,
-    pub half_lengths: [f64; 3],
-}
-
-/// Where a shape holds, material `from` is replaced by material `to`; regions apply in order.
-#[derive(Clone, Debug)]
-pub struct Region {
-    pub shape: Shape,
-    pub replace: Vec<(usize, usize)>,
-}
-
-/// A component of the unknowns, by its index in the fields of the scene.
-pub type Component = usize;
-
-/// Conditions on nodes of a plane of the grid.
-#[derive(Clone, Debug)]
-pub struct Boundary {
-    /// Given name, or a name made of its place in the list: `boundary[2]`.
-    pub name: String,
-    pub place: NodeSet,
-    /// Components whose increment is zero.
-    pub fix: Vec<Component>,
-    /// Components with their total, ramped linearly over the stage.
-    pub moves: Vec<(Component, f64)>,
-    /// Stage from which the condition acts.
-    pub stage: usize,
-}
-
-/// Nodes of the grid.
-#[derive(Clone, Debug)]
-pub struct NodeSet {
-    pub plane: Option<GridPlane>,
-    pub within: Option<Shape>,
-}
-
-/// A plane of grid nodes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GridPlane {
-    pub axis: usize,
-    /// Index of the plane of nodes along the axis.
-    pub index: usize,
-}
-
-#[derive(Clone, Debug)]
 pub struct Load {
     /// Given name, or a name made of its place in the list: `loads[0]`.
     pub name: String,
@@ -157,71 +97,6 @@ pub enum LoadKind {
     Force { total: [f64; 3], at: Selection },
     /// A total couple [N m], shared likewise; in plane strain only the third component counts.
     Couple { total: [f64; 3], at: Selection },
-}
-
-/// A set of material points, found in the initial state.
-#[derive(Clone, Debug)]
-pub enum Selection {
-    /// Points of a body that lie farthest in a direction, within round-off.
-    Layer {
-        body: usize,
-        direction: [f64; 3],
-    },
-    Nearest([f64; 3]),
-    Within(Shape),
-    /// Those that a load (by index) acts on.
-    Load(usize),
-}
-
-#[derive(Clone, Debug)]
-pub struct Stage {
-    pub name: String,
-    pub steps: usize,
-    pub max_halvings: u32,
-}
-
-#[derive(Clone, Debug)]
-pub struct SolverSettings {
-    pub force_tolerance: f64,
-    /// Off unless set [J].
-    pub energy_tolerance: Option<f64>,
-    pub return_map_tolerance: f64,
-    pub max_iterations: usize,
-    pub method: SolverMethod,
-    pub partitioner: PartitionerKind,
-    pub petsc_options: Vec<String>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SolverMethod {
-    Direct,
-    Iterative,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PartitionerKind {
-    Auto,
-    Metis,
-    PtScotch,
-    ParMetis,
-}
-
-/// Ghost penalty on faces of cells at the edge of the body.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GhostSettings {
-    /// gamma_g1 [Pa].
-    pub translation: f64,
-    /// gamma_g2 [N].
-    pub rotation: f64,
-    pub scaling: GhostScaling,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum GhostScaling {
-    /// h^3 / 3, as printed.
-    Paper,
-    /// h / 3, a stiffness.
-    Stiffness,
 }
 
 #[derive(Clone, Debug)]

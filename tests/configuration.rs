@@ -1,10 +1,13 @@
 //! From text to scene and back: good configurations, overrides, all problems at once, and no panic on any text.
 
+use mpm_petsc::condition::dirichlet::GridPlane;
 use mpm_petsc::config::{self, Input};
 use mpm_petsc::grid::region::Shape;
 use mpm_petsc::material::spec::MaterialSpec;
+use mpm_petsc::points::seed::PointSource;
+use mpm_petsc::points::select::Selection;
 use mpm_petsc::problem::Problem;
-use mpm_petsc::scene::{BasisKind, GridPlane, HistoryQuantity, LoadKind, PointSource, Scene, Selection};
+use mpm_petsc::scene::{BasisKind, HistoryQuantity, LoadKind, Scene};
 
 const SHEAR_LAYER: &str = include_str!("good_input/shear_layer.yaml");
 const BIAXIAL: &str = include_str!("good_input/biaxial.yaml");

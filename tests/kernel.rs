@@ -9,18 +9,19 @@ mod cases;
 
 use mpm_petsc::assembly::Sink;
 use mpm_petsc::assembly::kernel::Workspace;
+use mpm_petsc::assembly::model::{Model, StepSystem};
 use mpm_petsc::assembly::penalty::GhostPenalty;
 use mpm_petsc::clock::Clock;
 use mpm_petsc::continuum::Fields;
 use mpm_petsc::continuum::micropolar::Micropolar;
+use mpm_petsc::continuum::total_length;
 use mpm_petsc::grid::Grid;
 use mpm_petsc::grid::basis::{Basis, Gimp, Linear};
+use mpm_petsc::grid::ghost::{GhostScaling, GhostSettings};
 use mpm_petsc::material::spec::{ElasticModuli, MaterialSpec, PlasticParameters};
-use mpm_petsc::material::{Components, micropolar_law, state_length};
+use mpm_petsc::material::{Components, micropolar_law};
 use mpm_petsc::parallel::World;
-use mpm_petsc::points::seed::seed;
-use mpm_petsc::scene::{Body, GhostScaling, GhostSettings, PointSource, SeedPoint};
-use mpm_petsc::solve::model::{Model, StepSystem};
+use mpm_petsc::points::seed::{Body, PointSource, SeedPoint, seed};
 use std::rc::Rc;
 
 const ELASTIC: ElasticModuli = ElasticModuli {
@@ -110,8 +111,10 @@ where
         material: 0,
         points: PointSource::List(list),
     }];
-    let length = state_length(laws[0].state_variables());
-    let (points, _) = seed(world, &grid, &bodies, &[], &laws, length);
+    let length = total_length(laws[0].state_variables());
+    let (points, _) = seed(world, &grid, &bodies, &[], length, |material, state| {
+        laws[material].initial_state(state)
+    });
     let settings = GhostSettings {
         translation: 1.0e9,
         rotation: 1.0e5,

@@ -1,9 +1,10 @@
 //! The elastoplastic law against an independent implementation (tests/reference/README.md).
 
 use mpm_petsc::continuum::micropolar::{Micropolar, MicropolarStrain, MicropolarStress};
+use mpm_petsc::continuum::total_length;
 use mpm_petsc::material::drucker_prager::{Branch, DruckerPrager, PlasticState};
 use mpm_petsc::material::spec::{ElasticModuli, PlasticParameters};
-use mpm_petsc::material::{Components, Material, NoSolution, state_length};
+use mpm_petsc::material::{Components, Material, NoSolution};
 use nalgebra::Matrix3;
 use serde_json::Value;
 
@@ -65,7 +66,7 @@ fn respond(
     strain: &MicropolarStrain,
     old: &PlasticState,
 ) -> Result<Outcome, NoSolution> {
-    let length = state_length(Material::<Micropolar>::state_variables(law));
+    let length = total_length(Material::<Micropolar>::state_variables(law));
     let (mut before, mut after) = (vec![0.0; length], vec![f64::NAN; length]);
     old.pack(&mut before);
     let mut stress = MicropolarStress::default();

@@ -10,7 +10,7 @@ const DEBIAN: &str = "On Debian and Ubuntu: apt-get install build-essential pkgc
 const FUNCTIONS: &[&str] = &[
     "PetscInitialize|PetscFinalize|PetscInitialized|PetscGetVersionNumber|PetscMallocA",
     "PetscOptions(HasName|SetValue|LeftGet|LeftRestore|GetString)",
-    "PetscPushErrorHandler|PetscPopErrorHandler|PetscErrorMessage|PetscObjectGetComm|PetscFunctionListGet|PetscStrArrayDestroy",
+    "PetscPushErrorHandler|PetscErrorMessage|PetscObjectGetComm",
     "PetscLog(DefaultBegin|GetStageLog|StageRegister|StagePush|StagePop|EventGetId|EventGetPerfInfo)",
     "Vec(CreateMPI|CreateGhostBlockWithArray|GhostUpdateBegin|GhostUpdateEnd|Destroy|Norm|SetBlockSize|ZeroEntries)",
     "Vec(GetArray|RestoreArray|GetArrayRead|RestoreArrayRead)",
@@ -31,10 +31,8 @@ const FUNCTIONS: &[&str] = &[
 ];
 
 /// Constants and globals in use.
-const VARIABLES: &[&str] = &[
-    "PETSC_COMM_WORLD|PETSC_VERSION_.*|PETSC_ERR_.*|PETSC_HAVE_(PTSCOTCH|PARMETIS|MUMPS|HYPRE)",
-    "MATPARTITIONING.*|MATSOLVERMUMPS|METIS_.*",
-];
+const VARIABLES: &[&str] =
+    &["PETSC_COMM_WORLD|PETSC_VERSION_(MAJOR|MINOR)|PETSC_ERR_.*|PETSC_SYS_HAVE_MUMPS|METIS_NOPTIONS"];
 
 struct Libraries {
     includes: Vec<PathBuf>,

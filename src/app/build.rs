@@ -2,21 +2,23 @@
 
 use super::Laws;
 use super::columns::Column;
+use crate::assembly::model::{Model, StepSystem};
 use crate::assembly::penalty::GhostPenalty;
 use crate::condition::load::{Amount, DeadLoad};
 use crate::config::Source;
 use crate::continuum::Fields;
+use crate::continuum::total_length;
 use crate::error::Error;
 use crate::grid::Grid;
 use crate::grid::basis::{Basis, Gimp, Linear};
-use crate::material::{Components, state_length};
+use crate::material::Components;
 use crate::parallel::World;
 use crate::points::search::Misplaced;
 use crate::points::seed::seed;
 use crate::points::select::MAX_SELECTIONS;
+use crate::points::select::Selection;
 use crate::problem::Problem;
-use crate::scene::{BasisKind, HistoryQuantity, Load, LoadKind, Scene, Selection};
-use crate::solve::model::{Model, StepSystem};
+use crate::scene::{BasisKind, HistoryQuantity, Load, LoadKind, Scene};
 
 /// A model in its initial state, with facts for header, check and history.
 pub struct Built<C: Fields<D, N>, const D: usize, const N: usize> {
@@ -46,7 +48,7 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         .collect();
     let state_length = laws
         .iter()
-        .map(|law| state_length(law.state_variables()))
+        .map(|law| total_length(law.state_variables()))
         .max()
         .unwrap_or(0);
     let settings = &scene.grid;
@@ -59,7 +61,10 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         BasisKind::Linear => Box::new(Linear),
         BasisKind::Gimp => Box::new(Gimp),
     };
-    let (points, points_per_body) = seed(world, &grid, &scene.bodies, &scene.regions, &laws, state_length);
+    let (points, points_per_body) = {
+        let virgin = |material: usize, state: &mut [f64]| laws[material].initial_state(state);
+        seed(world, &grid, &scene.bodies, &scene.regions, state_length, virgin)
+    };
     let ghost = scene
         .ghost
         .as_ref()

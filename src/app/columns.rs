@@ -1,11 +1,11 @@
 //! History columns: numbers drawn from the accepted state.
 
 use super::snapshot::{chi_of, mean_stress, von_mises};
+use crate::assembly::model::Model;
 use crate::condition::Time;
 use crate::continuum::{Fields, Observation};
 use crate::parallel::World;
 use crate::scene::{HistoryColumn, HistoryQuantity, Kinematics, PointField, Reduction, Scene};
-use crate::solve::model::Model;
 use nalgebra::Matrix3;
 
 /// An entry of `output.history`, one or more columns.

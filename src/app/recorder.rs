@@ -2,6 +2,7 @@
 
 use super::columns::Column;
 use super::snapshot;
+use crate::assembly::model::Model;
 use crate::clock::{Clock, Phase};
 use crate::condition::Time;
 use crate::continuum::Fields;
@@ -15,7 +16,7 @@ use crate::output::vtkhdf::Snapshots;
 use crate::output::{PointFields, agree};
 use crate::parallel::World;
 use crate::scene::Scene;
-use crate::solve::model::Model;
+use crate::solve::settings::Stage;
 use crate::solve::step::{Accepted, Attempt, Observer};
 use std::io::Stdout;
 use std::path::PathBuf;
@@ -244,7 +245,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Observer<C, D, N> for Reco
                 .scene
                 .output
                 .snapshot_every
-                .is_some_and(|every| self.full_steps.is_multiple_of(every));
+                .is_some_and(|every| self.full_steps % every == 0);
         if due || step.last {
             self.snapshot(step.model, snapshot_time(step.time))
         } else {
@@ -255,7 +256,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Observer<C, D, N> for Reco
 
 /// Share of all full steps of all stages that is done.
 fn done(scene: &Scene, time: Time) -> f64 {
-    let steps = |stages: &[crate::scene::Stage]| stages.iter().map(|stage| stage.steps).sum::<usize>() as f64;
+    let steps = |stages: &[Stage]| stages.iter().map(|stage| stage.steps).sum::<usize>() as f64;
     let before = steps(&scene.stages[..time.stage]);
     (before + time.fraction * scene.stages[time.stage].steps as f64) / steps(&scene.stages)
 }

@@ -1,9 +1,9 @@
 //! What a snapshot shows of the points.
 
+use crate::assembly::model::Model;
 use crate::continuum::{Fields, Observation};
 use crate::output::{PointField, PointValues};
 use crate::points::select::in_space;
-use crate::solve::model::Model;
 use nalgebra::{Matrix3, Vector3};
 
 /// Mean stress `tr sigma / 3`, positive in tension.

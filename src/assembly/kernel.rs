@@ -59,10 +59,10 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Workspace<C, D, N> {
 pub fn jet<const D: usize, const N: usize>(shapes: &[f64], unknowns: &[f64]) -> Jet<D, N> {
     let mut jet = Jet::zero();
     for (shape, node) in shapes.chunks_exact(1 + D).zip(unknowns.chunks_exact(N)) {
-        for a in 0..N {
-            jet.value[a] += shape[0] * node[a];
+        for (a, unknown) in node.iter().enumerate() {
+            jet.value[a] += shape[0] * unknown;
             for k in 0..D {
-                jet.gradient[(a, k)] += shape[1 + k] * node[a];
+                jet.gradient[(a, k)] += shape[1 + k] * unknown;
             }
         }
     }
@@ -216,9 +216,9 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Workspace<C, D, N> {
 /// Adds the nodal forces of one point.
 fn add_forces<const D: usize, const N: usize>(flux: &Flux<D, N>, volume: f64, shapes: &[f64], forces: &mut [f64]) {
     for (shape, node) in shapes.chunks_exact(1 + D).zip(forces.chunks_exact_mut(N)) {
-        for a in 0..N {
+        for (a, force) in node.iter_mut().enumerate() {
             let along: f64 = (0..D).map(|k| flux.flux[(a, k)] * shape[1 + k]).sum();
-            node[a] += volume * (shape[0] * flux.source[a] + along);
+            *force += volume * (shape[0] * flux.source[a] + along);
         }
     }
 }

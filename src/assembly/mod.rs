@@ -2,6 +2,7 @@
 
 pub mod active;
 pub mod kernel;
+pub mod model;
 pub mod penalty;
 
 /// Where dense blocks of the tangent go: a matrix of PETSc in a run, a small dense one in tests.

@@ -2,8 +2,7 @@
 
 use super::{Sink, active::Active};
 use crate::grid::Grid;
-use crate::grid::ghost::{GhostFaces, penalty};
-use crate::scene::{GhostScaling, GhostSettings};
+use crate::grid::ghost::{GhostFaces, GhostScaling, GhostSettings, penalty};
 
 /// Penalty matrices for faces normal to each axis, with a coefficient for each unknown.
 pub struct GhostPenalty {

@@ -2,7 +2,39 @@
 
 use super::Time;
 use crate::grid::Grid;
-use crate::scene::{Boundary, NodeSet};
+use crate::grid::region::Shape;
+
+/// A component of the unknowns, by its index in the fields of the scene.
+pub type Component = usize;
+
+/// Conditions on nodes of a plane of the grid.
+#[derive(Clone, Debug)]
+pub struct Boundary {
+    /// Given name, or a name made of its place in the list: `boundary[2]`.
+    pub name: String,
+    pub place: NodeSet,
+    /// Components whose increment is zero.
+    pub fix: Vec<Component>,
+    /// Components with their total, ramped linearly over the stage.
+    pub moves: Vec<(Component, f64)>,
+    /// Stage from which the condition acts.
+    pub stage: usize,
+}
+
+/// Nodes of the grid.
+#[derive(Clone, Debug)]
+pub struct NodeSet {
+    pub plane: Option<GridPlane>,
+    pub within: Option<Shape>,
+}
+
+/// A plane of grid nodes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GridPlane {
+    pub axis: usize,
+    /// Index of the plane of nodes along the axis.
+    pub index: usize,
+}
 
 /// A node within this share of a cell of a shape's boundary counts as inside.
 const NODE_MARGIN: f64 = 1.0e-9;
@@ -67,7 +99,6 @@ pub fn prescribe<const D: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::GridPlane;
 
     fn boundary(index: usize, fix: Vec<usize>, moves: Vec<(usize, f64)>, stage: usize) -> Boundary {
         let place = NodeSet {

@@ -375,7 +375,7 @@ pub struct SolverKeys {
     pub return_map_tolerance: f64,
     /// Newton iterations before a step is cut, 1 or more.
     pub max_iterations: usize,
-    /// Linear solver; `iterative` changes nothing by itself yet, a Krylov method is chosen with `petsc_options`.
+    /// Linear solver; `auto` is the direct one.
     pub method: SolverMethodName,
     /// How the grid is shared among the ranks.
     pub partitioner: PartitionerName,
@@ -400,11 +400,8 @@ impl Default for SolverKeys {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SolverMethodName {
-    /// As `direct`.
     Auto,
-    /// Factorisation by MUMPS.
     Direct,
-    Iterative,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -41,6 +41,11 @@ pub struct Variable {
     pub length: usize,
 }
 
+/// Numbers that these variables take together.
+pub fn total_length(variables: &[Variable]) -> usize {
+    variables.iter().map(|variable| variable.length).sum()
+}
+
 /// What can be seen of a point in its accepted state, in three dimensions.
 #[derive(Clone, Debug)]
 pub struct Observation {

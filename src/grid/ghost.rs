@@ -10,6 +10,24 @@
 use super::{Grid, Support};
 use crate::parallel::{Directory, World};
 
+/// Ghost penalty on faces of cells at the edge of the body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GhostSettings {
+    /// gamma_g1 [Pa].
+    pub translation: f64,
+    /// gamma_g2 [N].
+    pub rotation: f64,
+    pub scaling: GhostScaling,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GhostScaling {
+    /// h^3 / 3, as printed.
+    Paper,
+    /// h / 3, a stiffness.
+    Stiffness,
+}
+
 /// The faces that this rank penalises, as boxes of nodes: three across the face, two along each other axis.
 pub struct GhostFaces<const D: usize> {
     pub faces: Vec<GhostFace<D>>,

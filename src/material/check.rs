@@ -4,9 +4,10 @@
 //! virgin material at rest is free of stress, and when what it cannot answer is an error.
 
 use super::active::{ActiveSet, Pair, PlaneSet, SpaceSet};
-use super::{Components, Material, state_length};
+use super::{Components, Material};
 use crate::continuum::micropolar::{Micropolar, MicropolarModuli, MicropolarStrain, MicropolarStress};
 use crate::continuum::tensor::component;
+use crate::continuum::total_length;
 use nalgebra::{Matrix3, SMatrix};
 
 /// Numbers in (-1, 1), the same in every run (Marsaglia's xorshift).
@@ -73,7 +74,7 @@ pub fn answer(
     old: &[f64],
     dirt: f64,
 ) -> Option<(MicropolarStress, Vec<f64>)> {
-    let mut new = vec![dirt; state_length(law.state_variables())];
+    let mut new = vec![dirt; total_length(law.state_variables())];
     let mut stress = MicropolarStress {
         force: Matrix3::from_element(dirt),
         couple: Matrix3::from_element(dirt),
@@ -98,7 +99,7 @@ pub fn micropolar(subject: &Subject, situations: &[Situation]) {
 }
 
 fn initial(law: &dyn Material<Micropolar>) -> Vec<f64> {
-    let mut state = vec![f64::NAN; state_length(law.state_variables())];
+    let mut state = vec![f64::NAN; total_length(law.state_variables())];
     law.initial_state(&mut state);
     assert!(
         state.iter().all(|value| value.is_finite()),

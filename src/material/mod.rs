@@ -50,11 +50,6 @@ pub trait Material<C: Continuum>: Send + Sync {
     fn moduli(&self, strain: &C::Strain, old: &[f64], new: &[f64], stress: &C::Stress, out: &mut C::Moduli);
 }
 
-/// Length of a state made of these variables.
-pub fn state_length(variables: &[Variable]) -> usize {
-    variables.iter().map(|variable| variable.length).sum()
-}
-
 /// The micropolar law with these parameters, for a scene that can excite these components.
 pub fn micropolar_law(spec: &MaterialSpec, components: Components) -> Box<dyn Material<Micropolar>> {
     match spec {

@@ -11,7 +11,7 @@ use std::rc::Rc;
 
 use mpi::collective::SystemOperation;
 use mpi::datatype::{Partition, PartitionMut};
-use mpi::environment::Universe;
+use mpi::environment::{Threading, Universe};
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives, Equivalence, Root};
 
@@ -29,6 +29,7 @@ pub struct World {
 
 struct Shared {
     communicator: SimpleCommunicator,
+    threads: bool,
     // Dropped last: it finalises MPI.
     universe: Option<Universe>,
 }
@@ -49,11 +50,13 @@ impl Drop for Shared {
 impl World {
     /// Initialises MPI; works with and without `mpirun`. `None` when this process has done so before.
     pub fn start() -> Option<World> {
-        let universe = mpi::initialize()?;
+        // This program runs one thread a rank, but PT-Scotch starts its own and calls MPI from them.
+        let (universe, provided) = mpi::initialize_with_threading(Threading::Multiple)?;
         let communicator = universe.world();
         Some(World {
             shared: Rc::new(Shared {
                 communicator,
+                threads: provided == Threading::Multiple,
                 universe: Some(universe),
             }),
         })
@@ -77,6 +80,11 @@ impl World {
     /// True on the rank that prints.
     pub fn is_root(&self) -> bool {
         self.rank() == ROOT
+    }
+
+    /// True if this MPI can be called from several threads at once.
+    pub fn is_thread_safe(&self) -> bool {
+        self.shared.threads
     }
 
     /// Waits until every rank is here.

@@ -23,6 +23,12 @@ impl fmt::Display for PetscError {
 
 impl std::error::Error for PetscError {}
 
+impl From<PetscError> for crate::error::Error {
+    fn from(error: PetscError) -> Self {
+        crate::error::Error::System(error.to_string())
+    }
+}
+
 impl PetscError {
     /// An error found by this wrapper before PETSc was asked.
     pub(super) fn refused(code: u32, message: impl Into<String>) -> Self {

@@ -259,8 +259,8 @@ pub(super) unsafe extern "C" fn converged(
     }
 }
 
-/// Looks at the Newton direction before the line search: a linear solver can return NaN or infinity without saying so, and
-/// the problem must not be evaluated there.
+/// Looks at the Newton direction before the line search: a linear solver can return NaN or infinity without saying so,
+/// and the problem must not be evaluated there.
 ///
 /// # Safety
 /// To be called by PETSc only.

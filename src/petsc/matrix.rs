@@ -32,8 +32,8 @@ impl MatrixFormat {
 
 /// A square, distributed sparse matrix of `block` × `block` entries, preallocated exactly.
 ///
-/// Entries are added, by any rank to any row, and count after [`assemble`](Self::assemble). The first assembly fixes the
-/// pattern: a block that was not added by then cannot be added later.
+/// Entries are added, by any rank to any row, and count after [`assemble`](Self::assemble). The first assembly fixes
+/// the pattern: a block that was not added by then cannot be added later.
 pub struct BlockMatrix {
     pub(super) handle: sys::Mat,
     block: usize,

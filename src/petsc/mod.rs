@@ -2,7 +2,8 @@
 //!
 //! In reading order: [`Session`] starts and ends PETSc; [`Layout`] and [`GhostVector`] say which rank owns what and
 //! exchange the rest; [`BlockMatrix`] is the tangent; [`Nonlinear`] is the problem that [`Newton`] solves;
-//! [`partition`](partition()) divides a graph between ranks; [`LogStage`] and [`PhaseSeconds`] tell where the time went.
+//! [`partition`](partition()) divides a graph between ranks; [`LogStage`] and [`PhaseSeconds`] tell where the time
+//! went.
 //!
 //! Every handle keeps its [`Session`] alive, and the session keeps MPI alive, so that they end in the right order
 //! without lifetimes in user code. Return codes of PETSc become [`PetscError`] with PETSc's own first message; PETSc

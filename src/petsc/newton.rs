@@ -133,12 +133,14 @@ impl Newton {
         unsafe {
             check(sys::KSPSetType(self.ksp, method.as_ptr()))?;
             check(sys::PCSetType(self.pc, c"lu".as_ptr()))?;
-            if sys::PETSC_HAVE_MUMPS != 0 {
+            if sys::PETSC_SYS_HAVE_MUMPS != 0 {
                 check(sys::PCFactorSetMatSolverType(self.pc, c"mumps".as_ptr()))?;
             }
             // MUMPS takes an ordering from outside on one rank only; other packages have their own preferences.
             let package = self.session.option(c"-pc_factor_mat_solver_type")?;
-            if self.session.world().size() == 1 && package.is_none_or(|package| package == "mumps") {
+            let mumps_decides = self.session.has_option(c"-mat_mumps_icntl_7")?;
+            let mumps = package.is_none_or(|package| package == "mumps");
+            if self.session.world().size() == 1 && mumps && !mumps_decides {
                 check(sys::PCFactorSetMatOrderingType(self.pc, ordering::NAME.as_ptr()))?;
             }
         }
@@ -150,7 +152,7 @@ impl Newton {
         let ordering = self.session.option(c"-pc_factor_mat_ordering_type")?;
         let wanted = self.session.world().size() == 1
             && self.matrix.storage()? == "seqbaij"
-            && ordering.is_none_or(|name| name != "external")
+            && ordering.map_or(!self.session.has_option(c"-mat_mumps_icntl_7")?, |name| name != "external")
             // SAFETY: the preconditioner is valid as long as `self`.
             && unsafe { ordering::factors_with_mumps(self.pc)? };
         wanted.then(|| ScalarCopy::new(&self.matrix)).transpose()

@@ -12,8 +12,8 @@ use super::matrix::BlockMatrix;
 pub trait Nonlinear {
     /// Adds this rank's contributions to the residual.
     ///
-    /// `u` and `r` hold owned values, then ghosts in the order of the layout; `r` arrives zeroed. What is added to ghosts
-    /// is afterwards added to their owners.
+    /// `u` and `r` hold owned values, then ghosts in the order of the layout; `r` arrives zeroed. What is added to
+    /// ghosts is afterwards added to their owners.
     ///
     /// # Errors
     /// [`Evaluate::OutOfDomain`] where r(u) does not exist, so that the line search shortens its step.
@@ -27,7 +27,8 @@ pub trait Nonlinear {
     /// The matrix arrives zeroed, and is assembled afterwards.
     ///
     /// # Errors
-    /// Only [`Evaluate::Failed`]: the residual exists at `u`, so that [`Evaluate::OutOfDomain`] counts as a failure too.
+    /// Only [`Evaluate::Failed`]: the residual exists at `u`, so that [`Evaluate::OutOfDomain`] counts as a failure
+    /// too.
     fn jacobian(&mut self, u: &[f64], k: &mut BlockMatrix) -> Result<(), Evaluate>;
 
     /// Decides whether to go on. The answer must be the same on every rank.
@@ -122,6 +123,12 @@ impl fmt::Display for SolveError {
 }
 
 impl std::error::Error for SolveError {}
+
+impl From<SolveError> for crate::error::Error {
+    fn from(error: SolveError) -> Self {
+        crate::error::Error::System(error.to_string())
+    }
+}
 
 impl From<PetscError> for SolveError {
     fn from(error: PetscError) -> Self {

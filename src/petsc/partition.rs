@@ -45,6 +45,13 @@ impl Partitioner {
         if self == Partitioner::Auto {
             return Ok(Partitioner::Metis);
         }
+        if self == Partitioner::PtScotch && !session.world().is_thread_safe() {
+            // Found with PT-Scotch 7.0.3 on three ranks: it waits for ever, or reports communication errors.
+            return Err(PetscError::refused(
+                sys::PETSC_ERR_SUP,
+                "ptscotch calls MPI from several threads, which this MPI does not allow; use metis",
+            ));
+        }
         let mut available = Vec::new();
         for choice in [Partitioner::Metis, Partitioner::PtScotch, Partitioner::ParMetis] {
             if MatPartitioning::new(session)?.knows(choice)? {
@@ -126,7 +133,8 @@ pub fn partition(
     let partitioning = MatPartitioning::new(session)?;
     let adjacency = adjacency(session, graph, total)?;
     let weights = petsc_copy(&graph.vertex_weights)?;
-    // SAFETY: the handles are valid; the weights were allocated by PETSc, which frees them; the name ends with a zero byte.
+    // SAFETY: the handles are valid; the weights were allocated by PETSc, which frees them; the name ends with a zero
+    // byte.
     unsafe {
         let handle = partitioning.handle;
         check(sys::MatPartitioningSetAdjacency(handle, adjacency.handle))?;

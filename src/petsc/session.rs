@@ -36,10 +36,12 @@ impl Session {
     /// Signals are left alone. Times of PETSc's phases are logged from here on.
     ///
     /// # Errors
-    /// A value without a name, or what PETSc reports. PETSc can run only once per process.
+    /// A value without a name, a file of options that cannot be read, or what PETSc reports. PETSc can run only once
+    /// per process. What PETSc finds wrong inside a file, on several ranks, ends them with exit code 1 and a message.
     pub fn start(world: &World, options: &[String]) -> Result<Rc<Session>, PetscError> {
         let mut arguments = vec![c"mpm-petsc".to_owned(), c"-no_signal_handler".to_owned()];
         arguments.extend(check_options(options)?);
+        check_option_files(world, options)?;
         initialise(world, &arguments)?;
         // From here on the drop of the session finalises PETSc, whatever happens.
         let session = Rc::new(Session {
@@ -71,8 +73,8 @@ impl Session {
         &self.version
     }
 
-    /// Options that were given but that nothing has asked for so far, each as `-name value`: mistyped ones, at the end of
-    /// a run. Not collective.
+    /// Options that were given but that nothing has asked for so far, each as `-name value`: mistyped ones, at the end
+    /// of a run. Not collective.
     pub fn unused_options(&self) -> Result<Vec<String>, PetscError> {
         let (mut count, mut names, mut values) = (0, null_mut(), null_mut());
         // SAFETY: the out-pointers are valid; PETSc allocates two lists of `count` texts.
@@ -97,9 +99,9 @@ impl Session {
         phase_seconds()
     }
 
-    /// The storage that the chosen linear solver works with: scalar rows for multigrid (`-pc_type gamg`, `hypre`, `ml`),
-    /// for factorisations other than MUMPS' and PETSc's own, and where the user asks for it (`-mat_type aij`); node blocks
-    /// otherwise.
+    /// The storage that the chosen linear solver works with: scalar rows for multigrid (`-pc_type gamg`, `hypre`,
+    /// `ml`), for factorisations other than MUMPS' and PETSc's own, and where the user asks for it (`-mat_type aij`);
+    /// node blocks otherwise.
     pub fn matrix_format(&self) -> Result<MatrixFormat, PetscError> {
         let preconditioner = self.option(c"-pc_type")?;
         let package = self.option(c"-pc_factor_mat_solver_type")?;
@@ -210,7 +212,7 @@ fn initialise(world: &World, arguments: &[CString]) -> Result<(), PetscError> {
     let mut list = pointers.leak().as_mut_ptr();
     // SAFETY: MPI is initialised and stays so (`world`); no other thread runs PETSc, so its global communicator may be
     // written; the list has `count` texts, a null behind them, and is never freed.
-    unsafe {
+    let started = unsafe {
         check(sys::PetscPushErrorHandler(Some(remember), null_mut()))?;
         sys::PETSC_COMM_WORLD = raw_communicator(world);
         check(sys::PetscInitialize(
@@ -219,7 +221,38 @@ fn initialise(world: &World, arguments: &[CString]) -> Result<(), PetscError> {
             std::ptr::null(),
             std::ptr::null(),
         ))
+    };
+    if let (Err(error), true) = (&started, world.size() > 1) {
+        // PETSc reads files on one rank, which may be the only one to know; the others wait inside PETSc.
+        eprintln!("rank {}: {error}", world.rank());
+        world.abort(1);
     }
+    started
+}
+
+/// Refuses files of options that cannot be opened, on all ranks alike.
+fn check_option_files(world: &World, options: &[String]) -> Result<(), PetscError> {
+    let environment = std::env::var("PETSC_OPTIONS").unwrap_or_default();
+    let words: Vec<&str> = environment
+        .split_whitespace()
+        .chain(options.iter().map(String::as_str))
+        .collect();
+    let files = words
+        .windows(2)
+        .filter(|pair| pair[0].starts_with("-options_file"))
+        .map(|pair| pair[1]);
+    let unreadable = files
+        .map(|file| (file, std::fs::File::open(file)))
+        .find_map(|(file, opened)| {
+            let message = format!("the file of PETSc options `{file}` cannot be read: {}", opened.err()?);
+            Some(PetscError::refused(sys::PETSC_ERR_FILE_OPEN, message))
+        });
+    world.agree(unreadable.map_or(Ok(()), Err), |rank| {
+        PetscError::refused(
+            sys::PETSC_ERR_FILE_OPEN,
+            format!("rank {rank} cannot read a file of PETSc options"),
+        )
+    })
 }
 
 /// rsmpi's communicator as PETSc's headers know it: the same C type behind two generated names.

@@ -1,18 +1,13 @@
 //! Points on the move: pack, exchange, unpack.
 
 use super::Points;
-use crate::continuum::{Continuum, Variable};
-use crate::material::state_length;
+use crate::continuum::{Continuum, total_length};
 use crate::parallel::{Directory, World};
 use nalgebra::SVector;
 
 /// Numbers that one point packs into.
 fn record_length<C: Continuum, const D: usize>(points: &Points<C, D>) -> usize {
-    4 + 4 * D + 1 + length(C::MOTION) + length(C::STRESS) + points.state_length
-}
-
-fn length(variables: &[Variable]) -> usize {
-    state_length(variables)
+    4 + 4 * D + 1 + total_length(C::MOTION) + total_length(C::STRESS) + points.state_length
 }
 
 impl<C: Continuum, const D: usize> Points<C, D> {
@@ -35,8 +30,8 @@ impl<C: Continuum, const D: usize> Points<C, D> {
         }
         record.push(self.volume[point]);
         let start = record.len();
-        record.resize(start + length(C::MOTION) + length(C::STRESS), 0.0);
-        let (motion, stress) = record[start..].split_at_mut(length(C::MOTION));
+        record.resize(start + total_length(C::MOTION) + total_length(C::STRESS), 0.0);
+        let (motion, stress) = record[start..].split_at_mut(total_length(C::MOTION));
         C::pack_motion(&self.motion[point], motion);
         C::pack_stress(&self.stress[point], stress);
         record.extend_from_slice(self.state_of(point));
@@ -57,8 +52,8 @@ impl<C: Continuum, const D: usize> Points<C, D> {
             self.reference_half_lengths.push(vector(2));
             self.half_lengths.push(vector(3));
             self.volume.push(rest[0]);
-            let (motion, rest) = rest[1..].split_at(length(C::MOTION));
-            let (stress, state) = rest.split_at(length(C::STRESS));
+            let (motion, rest) = rest[1..].split_at(total_length(C::MOTION));
+            let (stress, state) = rest.split_at(total_length(C::STRESS));
             self.motion.push(C::unpack_motion(motion));
             self.stress.push(C::unpack_stress(stress));
             self.state.extend_from_slice(state);

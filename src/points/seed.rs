@@ -3,23 +3,54 @@
 use super::Points;
 use crate::continuum::Continuum;
 use crate::grid::Grid;
-use crate::material::Material;
+use crate::grid::region::Shape;
 use crate::parallel::World;
-use crate::scene::{Body, PointSource, Region, SeedPoint};
 use nalgebra::SVector;
+
+#[derive(Clone, Debug)]
+pub struct Body {
+    pub name: String,
+    /// Index into `Scene::materials`, before regions.
+    pub material: usize,
+    pub points: PointSource,
+}
+
+/// Where the points of a body come from.
+#[derive(Clone, Debug)]
+pub enum PointSource {
+    /// Seeded evenly in each cell, per axis; those whose centre is outside the shape are left out.
+    Lattice { shape: Shape, points_per_cell: [usize; 3] },
+    /// Read from a file.
+    List(Vec<SeedPoint>),
+}
+
+/// A point read from a file.
+#[derive(Clone, Copy, Debug)]
+pub struct SeedPoint {
+    pub position: [f64; 3],
+    pub volume: f64,
+    pub half_lengths: [f64; 3],
+}
+
+/// Where a shape holds, material `from` is replaced by material `to`; regions apply in order.
+#[derive(Clone, Debug)]
+pub struct Region {
+    pub shape: Shape,
+    pub replace: Vec<(usize, usize)>,
+}
 
 /// A point counts as inside a shape only where it lies deeper than this, in cells: on the boundary is outside.
 const BOUNDARY_MARGIN: f64 = 1.0e-9;
 
 /// Collective. The points of all bodies in the initial state, spread evenly over the ranks in the order of seeding.
-/// Also the number of points of each body.
+/// Also the number of points of each body. `virgin` writes the initial state of a material, by its index.
 pub fn seed<C: Continuum, const D: usize>(
     world: &World,
     grid: &Grid<D>,
     bodies: &[Body],
     regions: &[Region],
-    laws: &[Box<dyn Material<C>>],
     state_length: usize,
+    virgin: impl Fn(usize, &mut [f64]),
 ) -> (Points<C, D>, Vec<u64>) {
     let mut points = Points::empty(state_length);
     let mut counts = Vec::new();
@@ -34,11 +65,10 @@ pub fn seed<C: Continuum, const D: usize>(
             PointSource::List(list) => share(world, list.len()).map(|k| list[k]).collect(),
         };
         let per_rank = world.all_gather(own.len());
-        let mut id = first_id + per_rank[..world.rank()].iter().sum::<usize>() as u64;
-        for point in &own {
+        let first_own = first_id + per_rank[..world.rank()].iter().sum::<usize>() as u64;
+        for (id, point) in (first_own..).zip(&own) {
             let material = material_at(regions, body.material, &point.position, grid.smallest_edge());
-            push(&mut points, id, index, material, point, laws[material].as_ref());
-            id += 1;
+            push(&mut points, id, index, material, point, |state| virgin(material, state));
         }
         let count = per_rank.iter().sum::<usize>() as u64;
         first_id += count;
@@ -124,7 +154,7 @@ fn push<C: Continuum, const D: usize>(
     body: usize,
     material: usize,
     point: &SeedPoint,
-    law: &dyn Material<C>,
+    virgin: impl Fn(&mut [f64]),
 ) {
     let half_lengths = SVector::from_fn(|k, _| point.half_lengths[k]);
     points.id.push(id);
@@ -140,5 +170,5 @@ fn push<C: Continuum, const D: usize>(
     points.stress.push(C::Stress::default());
     let start = points.state.len();
     points.state.resize(start + points.state_length, 0.0);
-    law.initial_state(&mut points.state[start..]);
+    virgin(&mut points.state[start..]);
 }

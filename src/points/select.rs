@@ -2,9 +2,23 @@
 
 use super::Points;
 use crate::continuum::Continuum;
+use crate::grid::region::Shape;
 use crate::parallel::World;
-use crate::scene::Selection;
 use nalgebra::{SVector, Vector3};
+
+/// A set of material points, found in the initial state.
+#[derive(Clone, Debug)]
+pub enum Selection {
+    /// Points of a body that lie farthest in a direction, within round-off.
+    Layer {
+        body: usize,
+        direction: [f64; 3],
+    },
+    Nearest([f64; 3]),
+    Within(Shape),
+    /// Those that a load (by index) acts on.
+    Load(usize),
+}
 
 /// Most selections that a scene may have: one bit each.
 pub const MAX_SELECTIONS: usize = 64;

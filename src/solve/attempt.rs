@@ -2,8 +2,8 @@
 
 use super::convergence::IterationRecord;
 use super::equilibrium::Equilibrium;
-use super::model::{Model, StepSystem};
 use crate::assembly::active::Active;
+use crate::assembly::model::{Model, StepSystem};
 use crate::condition::Time;
 use crate::condition::load::add_external_forces;
 use crate::continuum::Fields;

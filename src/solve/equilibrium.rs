@@ -1,14 +1,14 @@
 //! One load step as PETSc sees it: residual, tangent and convergence of the increments of the step.
 
 use super::convergence::{IterationRecord, Norms};
-use super::model::{Model, StepSystem};
+use super::settings::SolverSettings;
 use crate::assembly::Sink;
 use crate::assembly::kernel::{OutOfDomain, Workspace};
+use crate::assembly::model::{Model, StepSystem};
 use crate::condition::dirichlet::Prescribed;
 use crate::continuum::Fields;
 use crate::parallel::World;
 use crate::petsc::{BlockMatrix, Evaluate, Iteration, Nonlinear, PetscError, PetscInt, Verdict};
-use crate::scene::SolverSettings;
 
 /// The nonlinear problem of one attempt at a step.
 pub struct Equilibrium<'a, C: Fields<D, N>, const D: usize, const N: usize> {

@@ -4,6 +4,6 @@ mod attempt;
 pub mod balance;
 pub mod convergence;
 pub mod equilibrium;
-pub mod model;
 pub mod schedule;
+pub mod settings;
 pub mod step;

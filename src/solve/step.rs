@@ -4,9 +4,10 @@ use super::attempt::{Failure, Search, Solution, Solver, Tried, external_forces, 
 use super::balance::{LARGEST_IMBALANCE, imbalance, share_points};
 use super::convergence::IterationRecord;
 use super::equilibrium::Equilibrium;
-use super::model::{Model, StepSystem};
 use super::schedule::Schedule;
+use super::settings::{SolverSettings, Stage};
 use crate::assembly::kernel::Workspace;
+use crate::assembly::model::{Model, StepSystem};
 use crate::clock::{Clock, Phase};
 use crate::condition::Time;
 use crate::condition::dirichlet::prescribe;
@@ -15,7 +16,6 @@ use crate::error::Error;
 use crate::parallel::World;
 use crate::petsc::{BlockMatrix, Layout, Newton, NewtonOptions, Partitioner, PetscInt, Session};
 use crate::points::search::Misplaced;
-use crate::scene::{SolverSettings, Stage};
 use std::rc::Rc;
 
 /// The points are shared anew only where that improves on what the last partition could reach.
@@ -271,24 +271,16 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         let (own, other) = (petsc_numbers(&active.own_blocks), petsc_numbers(&active.other_blocks));
         let format = self.session.matrix_format()?;
         let matrix = BlockMatrix::new(&self.session, format, N, active.owned, &own, &other)?;
-        match &mut self.solver {
-            Some(solver) => {
-                solver.newton.rebuild(&layout, matrix)?;
-                solver.layout = layout;
-                solver.active = active.clone();
-            }
-            None => {
-                let options = NewtonOptions {
-                    max_iterations: self.settings.max_iterations,
-                };
-                let newton = Newton::new(&self.session, &layout, matrix, &options)?;
-                self.solver = Some(Solver {
-                    newton,
-                    layout,
-                    active: active.clone(),
-                });
-            }
-        }
+        let options = NewtonOptions {
+            max_iterations: self.settings.max_iterations,
+        };
+        // A new solver for a new pattern: preconditioners of several levels keep sizes that a reset does not clear.
+        let newton = Newton::new(&self.session, &layout, matrix, &options)?;
+        self.solver = Some(Solver {
+            newton,
+            layout,
+            active: active.clone(),
+        });
         Ok(())
     }
 

@@ -18,11 +18,19 @@ pub fn run(name: &str, options: &[String]) -> ExitCode {
         communication(&world);
         return ExitCode::SUCCESS;
     }
+    if name == "refused" {
+        let error = Session::start(&world, options)
+            .err()
+            .expect("PETSc refuses the options");
+        println!("{error}");
+        return ExitCode::SUCCESS;
+    }
     let session = Session::start(&world, options).expect("PETSc starts");
     match name {
         "ghosts" => ghosts(&session),
         "matrix" => matrix(&session),
-        "poisson" => poisson(&session),
+        "poisson" => poisson(&session, Lattice::new(&world, 12)),
+        "empty rank" => poisson(&session, Lattice::on_first_ranks(&world, 12, world.size() - 1)),
         "repeat" => repeat(&session),
         "domain" => domain(&session, options),
         "failures" => failures(&session),
@@ -177,8 +185,7 @@ fn assert_quadratic(norms: &[f64]) {
     }
 }
 
-fn poisson(session: &Rc<Session>) {
-    let lattice = Lattice::new(session.world(), 12);
+fn poisson(session: &Rc<Session>, lattice: Lattice) {
     let mut newton = solver(session, &lattice);
     let mut problem = Poisson::new(lattice.clone());
     let mut u = vec![0.0; BLOCK * lattice.owned];
@@ -432,6 +439,7 @@ fn iterative(session: &Rc<Session>) {
 
 /// A lattice graph in balanced parts, also from ranks without vertices.
 fn partitions(session: &Rc<Session>) {
+    assert!(session.world().is_thread_safe(), "PT-Scotch needs it");
     for partitioner in [Partitioner::Metis, Partitioner::PtScotch, Partitioner::Auto] {
         for all_on_last in [false, true] {
             balanced(session, partitioner, all_on_last);
@@ -553,7 +561,7 @@ fn log(session: &Rc<Session>) {
 }
 
 fn unused_options(session: &Rc<Session>) {
-    poisson(session);
+    poisson(session, Lattice::new(session.world(), 12));
     assert_eq!(session.unused_options().expect("a list"), ["-ksp_typo 3"]);
     assert_eq!(session.version().split('.').count(), 3);
     assert!(Session::start(session.world(), &[]).is_err(), "PETSc starts once");

@@ -1,7 +1,8 @@
 //! The PETSc layer under MPI.
 //!
 //! MPI starts once per process, so this program runs itself: without `--case` it is the driver, which launches every
-//! case under `mpirun` with a time limit and compares what the cases print; with `--case NAME` it is one rank of a case.
+//! case under `mpirun` with a time limit and compares what the cases print; with `--case NAME` it is one rank of a
+//! case.
 
 mod cases;
 mod driver;

@@ -23,9 +23,15 @@ pub struct Lattice {
 
 impl Lattice {
     pub fn new(world: &World, side: usize) -> Self {
-        let (nodes, ranks, rank) = (side * side, world.size(), world.rank());
-        let first = nodes * rank / ranks;
-        let owned = nodes * (rank + 1) / ranks - first;
+        Self::on_first_ranks(world, side, world.size())
+    }
+
+    /// The same on the first `ranks` ranks; the others own nothing.
+    pub fn on_first_ranks(world: &World, side: usize, ranks: usize) -> Self {
+        let (nodes, rank) = (side * side, world.rank());
+        let start = |rank: usize| nodes * rank.min(ranks) / ranks;
+        let first = start(rank);
+        let owned = start(rank + 1) - first;
         let mut lattice = Lattice {
             side,
             first,

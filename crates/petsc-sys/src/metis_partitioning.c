@@ -42,7 +42,8 @@ static PetscErrorCode PartShares(MatPartitioning part, real_t **shares)
 }
 
 /* Partition the gathered graph; `status` is METIS's. The graph has at least two vertices and two parts. */
-static PetscErrorCode PartitionGathered(MatPartitioning part, Mat graph, const PetscInt *weights, PetscInt *colour, int *status)
+static PetscErrorCode PartitionGathered(MatPartitioning part, Mat graph, const PetscInt *weights, PetscInt *colour,
+                                        int *status)
 {
   PetscInt        vertices, edges;
   const PetscInt *ia, *ja;

@@ -6,5 +6,11 @@
   #error "PETSc must be built with real double-precision scalars (Debian: libpetsc-real-dev)"
 #endif
 
+#if defined(PETSC_HAVE_MUMPS)
+  #define PETSC_SYS_HAVE_MUMPS 1
+#else
+  #define PETSC_SYS_HAVE_MUMPS 0
+#endif
+
 /* The library is the one reader of matrix-partitioning internals; see metis_partitioning.c. */
 PetscErrorCode PetscSysRegisterMetisPartitioning(void);

@@ -5,7 +5,7 @@ use super::grid::axis_path;
 use crate::config::file::{BodyKeys, PlacementName, ShapeKeys};
 use crate::config::path::Path;
 use crate::grid::region::Shape;
-use crate::scene::{Body, PointSource};
+use crate::points::seed::{Body, PointSource};
 
 /// More points per cell and axis than this are a slip of the pen.
 const MAXIMUM_POINTS: usize = 64;

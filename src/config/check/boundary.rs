@@ -2,10 +2,10 @@
 
 use super::Check;
 use super::shape::axis_index;
+use crate::condition::dirichlet::{Boundary, Component, GridPlane, NodeSet};
 use crate::config::file::{BoundaryKeys, FaceKeys, FaceName, ScalarOr};
 use crate::config::path::Path;
-use crate::scene::{Boundary, Component, GridPlane};
-use crate::scene::{Kinematics, NodeSet};
+use crate::scene::Kinematics;
 
 impl Check<'_> {
     pub(super) fn boundaries(&mut self) -> Option<Vec<Boundary>> {

@@ -4,7 +4,8 @@ use super::Check;
 use super::material::Material;
 use crate::config::file::{LoadKeys, OneOrPerAxis, ScalarOr, SelectionKeys};
 use crate::config::path::Path;
-use crate::scene::{Kinematics, Load, LoadKind, Selection};
+use crate::points::select::Selection;
+use crate::scene::{Kinematics, Load, LoadKind};
 
 const KINDS: &str = "exactly one of specific_weight, gravity, force, couple";
 

@@ -7,7 +7,8 @@ use crate::config::path::Path;
 use crate::config::tree::shorten;
 use crate::grid::region::{Bounds, Shape, intersection};
 use crate::material::spec::{KeyProblem, MaterialKeys, MaterialSpec};
-use crate::scene::{NamedMaterial, Region};
+use crate::points::seed::Region;
+use crate::scene::NamedMaterial;
 
 /// More variants than this come from regions that overlap each other by mistake.
 const MAXIMUM_VARIANTS: usize = 10_000;

@@ -1,10 +1,11 @@
 //! What a run writes, and where.
 
 use super::Check;
+use crate::condition::dirichlet::Component;
 use crate::config::file::{BoundaryComponentKeys, FieldName, HistoryKeys};
 use crate::config::path::Path;
 use crate::config::write;
-use crate::scene::{Component, HistoryColumn, HistoryQuantity, Kinematics, OutputSettings, PointField, Reduction};
+use crate::scene::{HistoryColumn, HistoryQuantity, Kinematics, OutputSettings, PointField, Reduction};
 
 /// Columns that `history.csv` always has.
 const FIXED_COLUMNS: [&str; 5] = ["step", "stage", "load_factor", "step_size", "newton_iterations"];

@@ -4,8 +4,9 @@ use super::Check;
 use crate::config::decode::number;
 use crate::config::file::PointsKeys;
 use crate::config::path::Path;
+use crate::points::seed::SeedPoint;
 use crate::problem::Problem;
-use crate::scene::{GridSettings, SeedPoint};
+use crate::scene::GridSettings;
 
 /// A file with more wrong lines than this is wrong as a whole.
 const MAXIMUM_PROBLEMS: usize = 10;

@@ -4,7 +4,7 @@ use super::Check;
 use super::boundary::face_axis;
 use crate::config::file::{FaceName, LayerKeys, SelectionKeys};
 use crate::config::path::Path;
-use crate::scene::Selection;
+use crate::points::select::Selection;
 
 impl Check<'_> {
     pub(super) fn selection(&mut self, path: &Path, keys: &SelectionKeys) -> Option<Selection> {

@@ -1,9 +1,10 @@
 //! Stages, tolerances, solver and stabilisation.
 
 use super::Check;
-use crate::config::file::{GhostScalingName, PartitionerName, SolverMethodName};
+use crate::config::file::{GhostScalingName, PartitionerName};
 use crate::config::path::Path;
-use crate::scene::{GhostScaling, GhostSettings, PartitionerKind, SolverMethod, SolverSettings, Stage};
+use crate::grid::ghost::{GhostScaling, GhostSettings};
+use crate::solve::settings::{PartitionerKind, SolverSettings, Stage};
 
 const MAXIMUM_HALVINGS: u32 = 40;
 
@@ -63,10 +64,6 @@ impl Check<'_> {
             energy_tolerance: keys.energy_tolerance,
             return_map_tolerance: keys.return_map_tolerance,
             max_iterations: keys.max_iterations,
-            method: match keys.method {
-                SolverMethodName::Auto | SolverMethodName::Direct => SolverMethod::Direct,
-                SolverMethodName::Iterative => SolverMethod::Iterative,
-            },
             partitioner: match keys.partitioner {
                 PartitionerName::Auto => PartitionerKind::Auto,
                 PartitionerName::Metis => PartitionerKind::Metis,

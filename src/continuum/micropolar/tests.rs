@@ -1,10 +1,11 @@
 use super::*;
 use crate::continuum::tensor::symmetric;
+use crate::continuum::total_length;
 use crate::continuum::{Fields, Flux, Jet, Tangent};
 use crate::material::check::{Random, answer};
 use crate::material::drucker_prager::{Branch, PlasticState};
 use crate::material::spec::{ElasticModuli, MaterialSpec, PlasticParameters};
-use crate::material::{Components, Material, micropolar_law, state_length};
+use crate::material::{Components, Material, micropolar_law};
 use nalgebra::Rotation3;
 
 const ELASTIC: ElasticModuli = ElasticModuli {
@@ -174,7 +175,7 @@ where
     let mut random = Random::new(17);
     let mut counts = [0; 3];
     for number in 0..2_000 {
-        let mut state = vec![0.0; state_length(law.state_variables())];
+        let mut state = vec![0.0; total_length(law.state_variables())];
         law.initial_state(&mut state);
         let mut motion = MicropolarMotion::default();
         let mut jet = random_jet::<D, N>(&mut random, 0.02, 0.5);
@@ -340,7 +341,7 @@ fn wryness_follows_its_definition() {
 fn superposed_rotation_turns_the_stress() {
     let law = plastic_law(Components::Space);
     let mut random = Random::new(29);
-    let mut state = vec![0.0; state_length(law.state_variables())];
+    let mut state = vec![0.0; total_length(law.state_variables())];
     law.initial_state(&mut state);
     for _ in 0..20 {
         let motion = moved::<3, 6>(&mut random, 0.005, 0.005);

@@ -373,7 +373,7 @@ fn state_survives_packing() {
     };
     state.inverse_plastic_deformation[(0, 1)] = 0.5;
     state.plastic_wryness[(2, 0)] = 7.0;
-    let mut packed = vec![f64::NAN; crate::material::state_length(PlasticState::VARIABLES)];
+    let mut packed = vec![f64::NAN; crate::continuum::total_length(PlasticState::VARIABLES)];
     state.pack(&mut packed);
     assert_eq!(PlasticState::unpack(&packed), state);
     assert_eq!(

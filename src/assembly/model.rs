@@ -3,6 +3,7 @@
 use crate::assembly::active::Active;
 use crate::assembly::kernel::{Workspace, jet};
 use crate::assembly::penalty::GhostPenalty;
+use crate::condition::dirichlet::Boundary;
 use crate::condition::load::DeadLoad;
 use crate::continuum::Fields;
 use crate::grid::Grid;
@@ -12,8 +13,7 @@ use crate::material::Material;
 use crate::parallel::{Numbering, World};
 use crate::points::Points;
 use crate::points::search::{Batches, Misplaced, cells_of_points, search};
-use crate::scene::Boundary;
-use nalgebra::{Matrix3, SymmetricEigen};
+use nalgebra::{Matrix3, SVector, SymmetricEigen};
 
 /// What is solved, as far as this rank holds it.
 pub struct Model<C: Fields<D, N>, const D: usize, const N: usize> {
@@ -84,9 +84,8 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Model<C, D, N> {
                 self.points.motion[p] = C::advance(&self.points.motion[p], &jet);
                 if self.basis.has_domains() {
                     let stretch = stretch_diagonal(&C::deformation_gradient(&self.points.motion[p]));
-                    for k in 0..D {
-                        self.points.half_lengths[p][k] = stretch[k] * self.points.reference_half_lengths[p][k];
-                    }
+                    self.points.half_lengths[p] =
+                        SVector::from_fn(|k, _| stretch[k] * self.points.reference_half_lengths[p][k]);
                 }
             }
         }
