@@ -116,9 +116,11 @@ impl Keys {
                 member.name.clone()
             }
         };
+        let typed = |name: &str| name.ends_with("Keys") || name.ends_with("Name") || name == "ConfigFile";
         self.items
-            .values()
-            .flat_map(|item| item.members.iter().map(|member| spell(item, member)))
+            .iter()
+            .filter(|(name, _)| typed(name))
+            .flat_map(|(_, item)| item.members.iter().map(|member| spell(item, member)))
             .collect()
     }
 
