@@ -158,19 +158,6 @@ impl Newton {
         wanted.then(|| ScalarCopy::new(&self.matrix)).transpose()
     }
 
-    /// Takes a new numbering and pattern over; options stay.
-    pub fn rebuild(&mut self, layout: &Layout, matrix: BlockMatrix) -> Result<(), PetscError> {
-        // SAFETY: the handle is valid. SNES lets go of the old vectors and the old matrix before they are dropped.
-        check(unsafe { sys::SNESReset(self.snes) })?;
-        self.solution = Vector::new(&self.session, layout)?;
-        self.function = Vector::new(&self.session, layout)?;
-        self.unknowns = GhostVector::new(&self.session, layout)?;
-        self.residual = GhostVector::new(&self.session, layout)?;
-        self.matrix = matrix;
-        self.copy = self.scalar_copy()?;
-        Ok(())
-    }
-
     /// Name of the line search in use, as `-snes_linesearch_type` has it.
     pub fn line_search(&self) -> Result<String, PetscError> {
         let (mut line_search, mut name) = (null_mut(), std::ptr::null());

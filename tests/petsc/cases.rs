@@ -234,9 +234,7 @@ fn repeat(session: &Rc<Session>) {
     }
     assert!(final_norms.iter().all(|&norm| norm < 1e-9));
     let smaller = Lattice::new(session.world(), 5);
-    newton
-        .rebuild(&smaller.layout(), smaller.matrix(session, MatrixFormat::Block))
-        .expect("rebuilt");
+    let mut newton = solver(session, &smaller);
     let mut problem = Poisson::new(smaller.clone());
     let mut u = vec![0.0; BLOCK * smaller.owned];
     let outcome = newton.solve(&mut problem, &mut u).expect("no error");
