@@ -34,8 +34,10 @@ TENSOR = [row + column for row in VECTOR for column in VECTOR]
 
 
 def read_snapshot(path, time):
-    """Time, positions, and fields by name of the snapshot nearest to a time; of the last one without. Also the positions
-    and half-lengths of the first snapshot."""
+    """Time, positions, and fields by name of the snapshot nearest to a time; of the last one without.
+
+    Also the positions and half-lengths of the first snapshot.
+    """
     with h5py.File(path, "r") as file:
         root = file["VTKHDF"]
         times = root["Steps/Values"][:]
