@@ -46,6 +46,11 @@ impl Schedule {
         (self.done < self.steps * self.full).then(|| (self.time(self.done), self.time(self.done + self.size)))
     }
 
+    /// Start of the last accepted step.
+    pub fn start(&self) -> Time {
+        self.time(self.done - self.last)
+    }
+
     /// End of the last accepted step.
     pub fn done(&self) -> Time {
         self.time(self.done)
