@@ -460,6 +460,7 @@ pub struct OutputKeys {
     pub history: Vec<HistoryKeys>,
 }
 
+/// How often something is written.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EveryKeys {

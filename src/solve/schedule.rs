@@ -68,14 +68,14 @@ impl Schedule {
 
     /// Whether the last accepted step ended a full step.
     pub fn at_full_step(&self) -> bool {
-        self.done % self.full == 0
+        self.done.is_multiple_of(self.full)
     }
 
     /// The step was accepted.
     pub fn accept(&mut self) {
         self.done += self.size;
         self.last = self.size;
-        if self.size < self.full && self.done % (2 * self.size) == 0 {
+        if self.size < self.full && self.done.is_multiple_of(2 * self.size) {
             self.size *= 2;
         }
     }
