@@ -100,6 +100,7 @@ loads:
   - {{name: press, force: [0.0, {force}{depth}], at: {{layer: {{body: block, face: y_max}}}}, stage: second}}
   - {{name: weight, specific_weight: [0.0, -2.0e4{depth}]}}
 stages: [{{name: first, steps: 2}}, {{name: second, steps: 2}}]
+stabilisation: {{ghost: {{translation: 8.0e4, rotation: 2.0, scaling: stiffness}}}}
 output:
   snapshots: {{every: 1}}
   history:
