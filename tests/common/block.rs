@@ -95,6 +95,8 @@ where
         &<Micropolar as Fields<D, N>>::IS_TRANSLATION,
     ));
     Model {
+        initial_grid: grid.clone(),
+        follow_face: None,
         grid,
         basis,
         laws,
