@@ -21,7 +21,6 @@ use crate::problem::Problem;
 use crate::scene::{BasisKind, HistoryQuantity, Load, LoadKind, Scene};
 use crate::verification::Solution;
 use nalgebra::Vector3;
-use std::rc::Rc;
 
 /// A model in its initial state, with facts for header, check and history.
 pub struct Built<C: Fields<D, N>, const D: usize, const N: usize> {
@@ -224,7 +223,7 @@ fn manufactured_load(solution: Solution, is_translation: Vec<bool>) -> DeadLoad 
     };
     DeadLoad {
         stage: 0,
-        amount: Amount::Field(LoadField(Rc::new(field))),
+        amount: Amount::Field(LoadField::new(field)),
         bit: None,
     }
 }

@@ -20,7 +20,15 @@ pub enum Amount {
 
 /// A load per unit reference volume, by unknown, as a function of the reference position.
 #[derive(Clone)]
-pub struct LoadField(pub Rc<dyn Fn(&[f64; 3]) -> Vec<f64>>);
+pub struct LoadField(Rc<LoadFunction>);
+
+type LoadFunction = dyn Fn(&[f64; 3]) -> Vec<f64>;
+
+impl LoadField {
+    pub fn new(function: impl Fn(&[f64; 3]) -> Vec<f64> + 'static) -> Self {
+        Self(Rc::new(function))
+    }
+}
 
 impl fmt::Debug for LoadField {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {

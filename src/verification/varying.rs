@@ -62,6 +62,8 @@ impl Add for VaryingTensor {
 impl Mul for VaryingTensor {
     type Output = Self;
 
+    // The sum is that of the product rule.
+    #[allow(clippy::suspicious_arithmetic_impl)]
     fn mul(self, other: Self) -> Self {
         Self {
             value: self.value * other.value,
@@ -73,6 +75,8 @@ impl Mul for VaryingTensor {
 impl Mul<VaryingTensor> for VaryingScalar {
     type Output = VaryingTensor;
 
+    // The sum is that of the product rule.
+    #[allow(clippy::suspicious_arithmetic_impl)]
     fn mul(self, tensor: VaryingTensor) -> VaryingTensor {
         VaryingTensor {
             value: tensor.value * self.value,
