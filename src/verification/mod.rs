@@ -6,4 +6,4 @@ mod manufactured;
 mod varying;
 
 pub use errors::{Errors, errors};
-pub use manufactured::{BodyLoad, Manufactured, Solution};
+pub use manufactured::{BodyLoad, Exact, Manufactured, Solution};
