@@ -8,6 +8,7 @@ use crate::material::spec::MaterialSpec;
 use crate::points::seed::{Body, Region};
 use crate::points::select::Selection;
 use crate::solve::settings::{SolverSettings, Stage};
+use crate::verification::Manufactured;
 
 /// Everything that a run needs to know, checked.
 ///
@@ -28,6 +29,8 @@ pub struct Scene {
     pub stages: Vec<Stage>,
     pub solver: SolverSettings,
     pub ghost: Option<GhostSettings>,
+    /// Solution that the run is loaded for and measured against, over the first stage.
+    pub manufactured: Option<Manufactured>,
     pub output: OutputSettings,
 }
 

@@ -4,7 +4,7 @@ use super::Laws;
 use super::columns::Column;
 use crate::assembly::model::{Model, StepSystem};
 use crate::assembly::penalty::GhostPenalty;
-use crate::condition::load::{Amount, DeadLoad};
+use crate::condition::load::{Amount, DeadLoad, LoadField};
 use crate::config::Source;
 use crate::continuum::Fields;
 use crate::continuum::total_length;
@@ -19,6 +19,9 @@ use crate::points::select::MAX_SELECTIONS;
 use crate::points::select::Selection;
 use crate::problem::Problem;
 use crate::scene::{BasisKind, HistoryColumn, HistoryQuantity, Load, LoadKind, Scene};
+use crate::verification::Solution;
+use nalgebra::Vector3;
+use std::rc::Rc;
 
 /// A model in its initial state, with facts for header, check and history.
 pub struct Built<C: Fields<D, N>, const D: usize, const N: usize> {
@@ -82,6 +85,12 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
     };
     let mut problems = empty_bodies(source, &points_per_body);
     let columns = select(world, scene, source, &mut model, &mut problems);
+    if let Some(manufactured) = &scene.manufactured {
+        let solution = Solution::new(manufactured, D);
+        model
+            .loads
+            .push(manufactured_load(solution, C::IS_TRANSLATION.to_vec()));
+    }
     let system = match locate(world, source, &mut model) {
         Ok(system) => Some(system),
         Err(problem) => {
@@ -228,6 +237,26 @@ fn dead_load(load: &Load, bit: Option<usize>, count: u64, is_translation: &[bool
     }
 }
 
+/// The body force and couple of a manufactured solution, over the first stage.
+fn manufactured_load(solution: Solution, is_translation: Vec<bool>) -> DeadLoad {
+    let dimension = solution.dimension();
+    let field = move |position: &[f64; 3]| {
+        let load = solution.load(&Vector3::from(*position));
+        let mut amounts = by_unknown(&load.force.into(), true, &is_translation, dimension);
+        let couples = by_unknown(&load.couple.into(), false, &is_translation, dimension);
+        amounts
+            .iter_mut()
+            .zip(couples)
+            .for_each(|(amount, couple)| *amount += couple);
+        amounts
+    };
+    DeadLoad {
+        stage: 0,
+        amount: Amount::Field(LoadField(Rc::new(field))),
+        bit: None,
+    }
+}
+
 /// Components of a vector on the translations or rotations of a node; in the plane the only rotation is about the third
 /// axis.
 fn by_unknown(vector: &[f64; 3], translations: bool, is_translation: &[bool], dimension: usize) -> Vec<f64> {
@@ -304,6 +333,12 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Built<C, D, N> {
         }
         for stage in &scene.stages {
             lines.push(format!("stage {}: {} steps", stage.name, stage.steps));
+        }
+        if let Some(manufactured) = &scene.manufactured {
+            let amplitude = manufactured.amplitude;
+            lines.push(format!(
+                "manufactured solution of amplitude {amplitude}: body force and couple as it needs"
+            ));
         }
         lines.extend(self.warnings.iter().map(|warning| format!("warning: {warning}")));
         lines.push("the configuration is valid; nothing was run".into());

@@ -132,7 +132,13 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
             "domains stuck out of the grid by up to {cells:.1e} of a cell (5e-2 is the most)"
         ));
     }
-    let summary = facts::summarise(world, &session, scene, points, &analysis, &outcome, clock)?;
+    let mut summary = facts::summarise(world, &session, scene, points, &analysis, &outcome, clock)?;
+    if let (Some(manufactured), Ok(())) = (&scene.manufactured, &outcome) {
+        summary.errors = facts::manufactured_errors(world, manufactured, &analysis);
+        for (name, value) in &summary.errors {
+            recorder.message(&format!("{name} {value:.6e}"));
+        }
+    }
     recorder.summary(&summary)?;
     outcome
 }

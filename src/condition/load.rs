@@ -1,20 +1,48 @@
-//! Dead loads: weights, forces and couples on points.
+//! Dead loads: weights, forces and couples on points, and loads that vary over the body.
 
 use super::Time;
 use crate::continuum::Continuum;
 use crate::points::Points;
 use crate::points::search::Batches;
+use std::borrow::Cow;
+use std::fmt;
+use std::rc::Rc;
 
 /// What a load gives to each of its points at full load, by unknown in the order of the fields.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub enum Amount {
     /// Per unit reference volume, for each material.
     PerVolume(Vec<Vec<f64>>),
     PerPoint(Vec<f64>),
+    /// Per unit reference volume, varying over the body.
+    Field(LoadField),
+}
+
+/// A load per unit reference volume, by unknown, as a function of the reference position.
+#[derive(Clone)]
+pub struct LoadField(pub Rc<dyn Fn(&[f64; 3]) -> Vec<f64>>);
+
+impl fmt::Debug for LoadField {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str("LoadField")
+    }
+}
+
+impl Amount {
+    /// What point `p` gets at full load.
+    fn at<C: Continuum, const D: usize>(&self, points: &Points<C, D>, p: usize) -> Cow<'_, [f64]> {
+        let volume = points.volume[p];
+        let times_volume = |amount: &[f64]| amount.iter().map(|amount| volume * amount).collect::<Vec<_>>();
+        match self {
+            Amount::PerVolume(amounts) => Cow::Owned(times_volume(&amounts[points.material[p] as usize])),
+            Amount::PerPoint(amount) => Cow::Borrowed(amount),
+            Amount::Field(field) => Cow::Owned(times_volume(&field.0(&points.reference_position(p)))),
+        }
+    }
 }
 
 /// A load whose direction and size do not depend on the motion.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct DeadLoad {
     /// Stage over which it ramps.
     pub stage: usize,
@@ -42,15 +70,12 @@ pub fn add_external_forces<'a, C: Continuum, const D: usize>(
                 if load.bit.is_some_and(|bit| points.marks[p] >> bit & 1 == 0) {
                     continue;
                 }
-                let (weight, amount) = match &load.amount {
-                    Amount::PerVolume(amounts) => (factor * points.volume[p], &amounts[points.material[p] as usize]),
-                    Amount::PerPoint(amount) => (factor, amount),
-                };
+                let amount = load.amount.at(points, p);
                 for (&node, shape) in nodes(index).iter().zip(batches.shapes(batch, p).chunks_exact(1 + D)) {
                     let own = &mut forces[node as usize * amount.len()..][..amount.len()];
                     own.iter_mut()
-                        .zip(amount)
-                        .for_each(|(sum, amount)| *sum += weight * shape[0] * amount);
+                        .zip(amount.iter())
+                        .for_each(|(sum, amount)| *sum += factor * shape[0] * amount);
                 }
             }
         }

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-/// A reference with a curve.
+/// A reference with a curve or other lists.
 pub struct Reference(Value);
 
 impl Reference {
@@ -14,6 +14,10 @@ impl Reference {
 
     pub fn number(&self, key: &str) -> f64 {
         number(&self.0, key)
+    }
+
+    pub fn list(&self, key: &str) -> &[Value] {
+        self.0[key].as_array().unwrap_or_else(|| panic!("{key} is no list"))
     }
 
     /// Points of the curve.

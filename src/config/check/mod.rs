@@ -12,6 +12,7 @@ mod point_file;
 mod selection;
 mod shape;
 mod solver;
+mod verification;
 
 use super::decode::Findings;
 use super::file::{ConfigFile, KinematicsName};
@@ -42,6 +43,11 @@ pub fn check(config: &ConfigFile, source: &Source, files: &Files, findings: &mut
     let loads = check.loads(materials.as_deref());
     let solver = check.solver();
     let ghost = check.ghost();
+    let manufactured = check.manufactured(&verification::Parts {
+        bodies: bodies.as_deref(),
+        materials: materials.as_deref(),
+        boundaries: boundaries.as_deref(),
+    });
     let output = check.output();
     Some(Scene {
         title: config.title.clone(),
@@ -56,6 +62,7 @@ pub fn check(config: &ConfigFile, source: &Source, files: &Files, findings: &mut
         stages: stages?,
         solver: solver?,
         ghost,
+        manufactured: manufactured?,
         output: output?,
     })
 }
