@@ -19,7 +19,7 @@ assembly:   continuum material grid points condition parallel clock
 petsc:      parallel clock error
 solve:      continuum grid points condition assembly petsc parallel clock error
 output:     parallel clock error
-scene:      grid material points condition solve
+scene:      continuum grid material points condition solve
 config:     scene grid material points condition solve problem
 app:        assembly clock condition config continuum error grid material output parallel petsc points problem scene solve version
 main:       app clock config error parallel scene

@@ -14,7 +14,7 @@ mod shape;
 mod solver;
 
 use super::decode::Findings;
-use super::file::{ConfigFile, KinematicsName};
+use super::file::{ConfigFile, ContinuumName, KinematicsName};
 use super::input::Files;
 use super::nearest::{did_you_mean, nearest};
 use super::path::Path;
@@ -30,8 +30,10 @@ pub fn check(config: &ConfigFile, source: &Source, files: &Files, findings: &mut
         files,
         findings,
         kinematics: Kinematics::PlaneStrain,
+        continuum: ContinuumKind::Micropolar,
         grid: None,
     };
+    check.continuum = check.continuum();
     check.kinematics = check.kinematics();
     check.grid = check.grid();
     let specs = check.materials();
@@ -46,7 +48,7 @@ pub fn check(config: &ConfigFile, source: &Source, files: &Files, findings: &mut
     Some(Scene {
         title: config.title.clone(),
         kinematics: check.kinematics,
-        continuum: ContinuumKind::Micropolar,
+        continuum: check.continuum,
         grid: check.grid?,
         materials: materials?.into_iter().map(|material| material.named).collect(),
         bodies: bodies?,
@@ -67,6 +69,7 @@ struct Check<'a> {
     files: &'a Files,
     findings: &'a mut Findings,
     kinematics: Kinematics,
+    continuum: ContinuumKind,
     /// The grid, where it is known.
     grid: Option<GridSettings>,
 }
@@ -97,6 +100,23 @@ impl Check<'_> {
             KinematicsName::PlaneStrain if !typed && self.config.grid.min.len() == 3 => Kinematics::ThreeDimensional,
             KinematicsName::PlaneStrain => Kinematics::PlaneStrain,
         }
+    }
+
+    fn continuum(&self) -> ContinuumKind {
+        match self.config.model.continuum {
+            ContinuumName::Micropolar => ContinuumKind::Micropolar,
+        }
+    }
+
+    /// Names of the unknowns of a node: a component is an index into them.
+    fn unknowns(&self) -> &'static [&'static str] {
+        self.continuum.unknowns(self.kinematics.dimension())
+    }
+
+    /// Reports what only a body with rotations has, in one without.
+    fn require_rotations(&mut self, path: &Path, expected: impl Into<String>) -> bool {
+        let message = "a classical continuum has no rotations";
+        self.require(self.continuum.has_rotations(), path, message, expected)
     }
 
     /// One number per axis, the third zero in plane strain.
