@@ -72,6 +72,8 @@ pub enum KinematicsName {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ContinuumName {
+    /// Displacement only.
+    Classical,
     /// Displacement and independent rotation.
     #[default]
     Micropolar,

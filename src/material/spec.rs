@@ -242,6 +242,9 @@ impl MaterialKeys {
             LawName::DruckerPrager => Some(checks.drucker_prager(tolerance)),
             LawName::VonMises => Some(checks.von_mises(tolerance)),
         };
+        if let (Some(elastic), Some(Some(plastic))) = (&elastic, &plastic) {
+            checks.classical_softening(elastic, plastic);
+        }
         let spec = match (elastic, plastic) {
             (Some(elastic), None) => Some(MaterialSpec::Elastic(elastic)),
             (Some(elastic), Some(Some(plastic))) => Some(MaterialSpec::Elastoplastic(elastic, plastic)),
@@ -485,6 +488,17 @@ impl Checks<'_> {
         let within = (0.0..90.0).contains(&degrees);
         self.bound(key, degrees, within, "an angle in degrees, >= 0 and < 90")
             .then(|| degrees.to_radians())
+    }
+
+    /// The classical return is a division by the fall of the yield function along it.
+    fn classical_softening(&mut self, elastic: &ElasticModuli, plastic: &PlasticParameters) {
+        let bulk = elastic.lambda + 2.0 / 3.0 * elastic.mu;
+        let fall = 3.0 * elastic.mu + bulk * plastic.friction_slope * plastic.dilatancy_slope;
+        let hardening = plastic.hardening_modulus;
+        if !self.continuum.has_rotations() && hardening <= -fall {
+            let message = format!("{hardening} softens faster than the stress of a point can fall");
+            self.report("hardening_modulus", message, format!("a number > {}", -fall));
+        }
     }
 
     fn drucker_prager(&mut self, tolerance: f64) -> Option<PlasticParameters> {

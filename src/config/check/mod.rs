@@ -20,6 +20,7 @@ use super::nearest::{did_you_mean, nearest};
 use super::path::Path;
 use super::source::Source;
 use super::tree::shorten;
+use crate::material::spec::MaterialKeys;
 use crate::scene::{ContinuumKind, GridSettings, Kinematics, Scene};
 
 /// The scene that a configuration describes, or `None` with the reasons in `findings`.
@@ -102,9 +103,14 @@ impl Check<'_> {
         }
     }
 
+    /// As typed; where that is wrong, what the materials look like, so that their keys can be checked.
     fn continuum(&self) -> ContinuumKind {
+        let typed = self.sound(&Path::root().key("model").key("continuum"));
         match self.config.model.continuum {
-            ContinuumName::Micropolar => ContinuumKind::Micropolar,
+            ContinuumName::Classical if typed => ContinuumKind::Classical,
+            ContinuumName::Micropolar if typed => ContinuumKind::Micropolar,
+            _ if self.config.materials.values().any(MaterialKeys::sets_rotations) => ContinuumKind::Micropolar,
+            _ => ContinuumKind::Classical,
         }
     }
 
