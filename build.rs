@@ -80,13 +80,13 @@ fn check_one_mpi(petsc: &Petsc, hdf5: Option<&pkg_config::Library>) -> Vec<Strin
     let mpi_directory = directory_with(&petsc.includes, "mpi.h");
     // rsmpi asks the compiler wrapper.
     let wrapper = std::env::var("MPICC").unwrap_or_else(|_| "mpicc".to_string());
-    if let (Some(directory), Some(shown)) = (&mpi_directory, output(Command::new(&wrapper).arg("-show"))) {
-        if !shown.contains(&directory.display().to_string()) {
-            problems.push(format!(
-                "`{wrapper}` (used by rsmpi) does not use the MPI of PETSc in {}",
-                directory.display()
-            ));
-        }
+    if let (Some(directory), Some(shown)) = (&mpi_directory, output(Command::new(&wrapper).arg("-show")))
+        && !shown.contains(&directory.display().to_string())
+    {
+        problems.push(format!(
+            "`{wrapper}` (used by rsmpi) does not use the MPI of PETSc in {}",
+            directory.display()
+        ));
     }
     if let Some(hdf5) = hdf5 {
         if defines(&hdf5.include_paths, "H5pubconf.h")("H5_HAVE_PARALLEL").is_none() {

@@ -1,4 +1,25 @@
 //! Implicit, quasi-static, geometrically exact micropolar (Cosserat) material point method on MPI and PETSc.
+//!
+//! The modules in reading order; each uses only what stands above it (`scripts/check_layers.sh` holds the exact table):
+//!
+//! 1. [`continuum`]: unknowns at one point become strains, stresses become forces. No mesh, no rank.
+//! 2. [`material`]: constitutive laws, from strain and old state to stress, new state and moduli.
+//! 3. [`parallel`]: what ranks say to each other; who owns which key.
+//! 4. [`grid`]: the background grid, its regions, basis functions and ghost penalty.
+//! 5. [`points`]: the body, arrays of what material points carry; seeding, search, migration.
+//! 6. [`condition`]: prescribed increments and loads.
+//! 7. [`assembly`]: points and grid become residual and tangent; the only hot loop.
+//! 8. [`petsc`]: matrix, vectors, Newton's method and partitioning, made safe; the only module with `unsafe` code.
+//! 9. [`solve`]: a load step, attempted, accepted or cut.
+//! 10. [`output`]: the files and lines that a run leaves behind.
+//! 11. [`scene`] and [`config`]: a valid scene, and how the text of a user becomes one.
+//! 12. [`app`]: from a scene to results; the one match that picks continuum and dimension.
+//!
+//! Small ones that any may use: [`problem`] (what is wrong in a file, and where), [`error`] (why a run ends, exit codes),
+//! [`clock`] (where the time goes), [`version`].
+//!
+//! Equations are in `docs/theory.md`, a guided tour in `docs/tour.md`. In comments, `T 2.53` is equation or section 2.53 of
+//! the thesis that is named there.
 #![deny(unsafe_code)]
 // Units stand in brackets, which rustdoc takes for links.
 #![allow(rustdoc::broken_intra_doc_links)]
@@ -21,3 +42,8 @@ pub mod problem;
 pub mod scene;
 pub mod solve;
 pub mod version;
+
+/// The example of the page is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/extend/material.md")]
+mod extend_material {}

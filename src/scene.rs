@@ -4,7 +4,7 @@
 
 pub use crate::continuum::ContinuumKind;
 
-use crate::condition::dirichlet::{Boundary, Component};
+use crate::condition::dirichlet::{Boundary, Component, GridPlane};
 use crate::grid::ghost::GhostSettings;
 use crate::material::spec::MaterialSpec;
 use crate::points::seed::{Body, Region};
@@ -62,6 +62,8 @@ pub struct GridSettings {
     /// Cells per axis; 1 along an axis that plane strain does not have.
     pub cells: [usize; 3],
     pub basis: BasisKind,
+    /// Face that follows its prescribed motion.
+    pub follow_face: Option<GridPlane>,
 }
 
 #[derive(Clone, Debug)]

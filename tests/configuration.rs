@@ -56,7 +56,10 @@ fn the_shear_layer_has_the_moduli_and_the_weak_row_of_the_thesis() {
     assert_eq!(scene.boundaries[2].place.plane, Some(GridPlane { axis: 1, index: 9 }));
     assert_eq!(scene.boundaries[2].moves, [(0, 0.02)]);
     assert_eq!(scene.output.directory.to_str(), Some("results/shear_layer"));
-    let PointSource::Lattice { points_per_cell, shape } = &scene.bodies[0].points else {
+    let PointSource::Lattice {
+        points_per_cell, shape, ..
+    } = &scene.bodies[0].points
+    else {
         panic!()
     };
     assert_eq!(*points_per_cell, [4, 4, 1]);

@@ -70,6 +70,8 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         .as_ref()
         .map(|ghost| GhostPenalty::new(&grid, ghost, &C::IS_TRANSLATION));
     let mut model = Model {
+        initial_grid: grid.clone(),
+        follow_face: settings.follow_face,
         grid,
         basis,
         laws,

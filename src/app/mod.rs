@@ -136,7 +136,7 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
     if analysis.counts.largest_overhang > 0.0 {
         let cells = analysis.counts.largest_overhang;
         recorder.message(&format!(
-            "domains stuck out of the grid by up to {cells:.1e} of a cell; that part was dropped"
+            "domains stuck out of the grid by up to {cells:.1e} of a cell (5e-2 is the most)"
         ));
     }
     let summary = facts::summarise(world, &session, scene, points, &analysis, &outcome, clock)?;

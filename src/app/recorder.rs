@@ -245,7 +245,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Observer<C, D, N> for Reco
                 .scene
                 .output
                 .snapshot_every
-                .is_some_and(|every| self.full_steps % every == 0);
+                .is_some_and(|every| self.full_steps.is_multiple_of(every));
         if due || step.last {
             self.snapshot(step.model, snapshot_time(step.time))
         } else {

@@ -3,7 +3,8 @@
 use crate::assembly::active::Active;
 use crate::assembly::kernel::{Workspace, jet};
 use crate::assembly::penalty::GhostPenalty;
-use crate::condition::dirichlet::Boundary;
+use crate::condition::Time;
+use crate::condition::dirichlet::{Boundary, GridPlane, plane_increment};
 use crate::condition::load::DeadLoad;
 use crate::continuum::Fields;
 use crate::grid::Grid;
@@ -18,6 +19,10 @@ use nalgebra::{Matrix3, SVector, SymmetricEigen};
 /// What is solved, as far as this rank holds it.
 pub struct Model<C: Fields<D, N>, const D: usize, const N: usize> {
     pub grid: Grid<D>,
+    /// The grid of the start, on which sets of nodes are defined.
+    pub initial_grid: Grid<D>,
+    /// Face that follows its prescribed motion.
+    pub follow_face: Option<GridPlane>,
     pub basis: Box<dyn Basis>,
     pub laws: Vec<Box<dyn Material<C>>>,
     pub points: Points<C, D>,
@@ -68,6 +73,16 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Model<C, D, N> {
             active,
             active_cells,
         })
+    }
+
+    /// Moves the face that the grid follows by what was prescribed in a step; stretches the cells of its axis evenly.
+    pub fn follow(&mut self, from: Time, to: Time) {
+        let Some(face) = self.follow_face else { return };
+        let motion = plane_increment(&self.boundaries, face, face.axis, from, to);
+        self.grid.move_face(face.axis, face.index > 0, motion);
+        if let Some(ghost) = &mut self.ghost {
+            ghost.fit(&self.grid);
+        }
     }
 
     /// Ends a step at local increments `u`, at which the trial stresses and states were evaluated: moves the points,

@@ -7,6 +7,8 @@ use crate::grid::ghost::{GhostFaces, GhostScaling, GhostSettings, penalty};
 /// Penalty matrices for faces normal to each axis, with a coefficient for each unknown.
 pub struct GhostPenalty {
     matrices: Vec<Vec<f64>>,
+    /// Exponent of the longest edge of a face.
+    power: i32,
     coefficients: Vec<f64>,
 }
 
@@ -17,8 +19,9 @@ impl GhostPenalty {
             GhostScaling::Paper => 3,
             GhostScaling::Stiffness => 1,
         };
-        Self {
-            matrices: (0..D).map(|normal| penalty(grid, normal, power)).collect(),
+        let mut result = Self {
+            matrices: Vec::new(),
+            power,
             coefficients: is_translation
                 .iter()
                 .map(|&translation| {
@@ -29,7 +32,14 @@ impl GhostPenalty {
                     }
                 })
                 .collect(),
-        }
+        };
+        result.fit(grid);
+        result
+    }
+
+    /// Takes over the cell sizes of a grid.
+    pub fn fit<const D: usize>(&mut self, grid: &Grid<D>) {
+        self.matrices = (0..D).map(|normal| penalty(grid, normal, self.power)).collect();
     }
 
     /// Adds the forces of the penalty for local increments `u`.

@@ -47,7 +47,7 @@ pub struct Prescribed {
 }
 
 impl NodeSet {
-    /// Whether a node belongs to the set.
+    /// Whether a node belongs to the set; `grid` is that of the start, whose nodes a moving grid keeps.
     pub fn holds<const D: usize>(&self, grid: &Grid<D>, node: &[usize; D]) -> bool {
         self.plane.is_none_or(|plane| node[plane.axis] == plane.index)
             && self
@@ -96,6 +96,23 @@ pub fn prescribe<const D: usize>(
     prescribed
 }
 
+/// Increment that the conditions prescribe for a component of all nodes of a plane, as [`prescribe`] would.
+pub fn plane_increment(boundaries: &[Boundary], plane: GridPlane, component: Component, from: Time, to: Time) -> f64 {
+    let mut acting: Vec<&Boundary> = boundaries
+        .iter()
+        .filter(|boundary| boundary.stage <= to.stage && boundary.place.plane == Some(plane))
+        .collect();
+    acting.sort_by_key(|boundary| boundary.stage);
+    let increment_of = |boundary: &&Boundary| {
+        if boundary.fix.contains(&component) {
+            return Some(0.0);
+        }
+        let total = boundary.moves.iter().find(|(moved, _)| *moved == component)?.1;
+        Some(total * (to.ramp(boundary.stage) - from.ramp(boundary.stage)))
+    };
+    acting.iter().rev().find_map(increment_of).unwrap_or(0.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -134,6 +151,10 @@ mod tests {
         let second = prescribe(&boundaries, &grid, &nodes, 3, at(1, 0.0), at(1, 0.5));
         assert_eq!(second.increment[3 * 3 + 1], 2.0);
         assert!(second.mask[3 * 3]);
+        let plane = |index, from, to| plane_increment(&boundaries, GridPlane { axis: 1, index }, 1, from, to);
+        assert_eq!(plane(1, at(0, 0.25), at(0, 0.5)), 2.0);
+        assert_eq!(plane(1, at(1, 0.0), at(1, 0.5)), 2.0);
+        assert_eq!(plane(0, at(1, 0.0), at(1, 0.5)), 0.0);
         let third = prescribe(&boundaries, &grid, &nodes, 3, at(2, 0.0), at(2, 0.5));
         assert_eq!(third.increment[3 * 3 + 1], 0.0);
         assert!(third.mask[3 * 3 + 1]);

@@ -102,6 +102,8 @@ pub struct GridKeys {
     /// Shape functions.
     #[serde(default)]
     pub basis: BasisName,
+    /// Face of the grid that moves with its prescribed motion: after each step the cells of its axis are stretched evenly.
+    pub follow_face: Option<FaceName>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -137,6 +139,8 @@ pub enum PlacementName {
     /// At the centres of equal parts of the cell.
     #[default]
     Even,
+    /// At the points of Gauss' quadrature, with its weights; for points without domains.
+    Gauss,
 }
 
 /// A change of properties where a shape holds.
@@ -458,6 +462,7 @@ pub struct OutputKeys {
     pub history: Vec<HistoryKeys>,
 }
 
+/// How often something is written.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EveryKeys {

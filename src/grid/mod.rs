@@ -82,6 +82,18 @@ impl<const D: usize> Grid<D> {
         })
     }
 
+    /// Moves one face of the grid along its axis; the cells between the faces stay of equal size.
+    pub fn move_face(&mut self, axis: usize, upper: bool, motion: f64) {
+        let cells = self.cells[axis] as f64;
+        let length = self.cell_size[axis] * cells;
+        if upper {
+            self.cell_size[axis] = (length + motion) / cells;
+        } else {
+            self.min[axis] += motion;
+            self.cell_size[axis] = (length - motion) / cells;
+        }
+    }
+
     /// Smallest edge of a cell [m].
     pub fn smallest_edge(&self) -> f64 {
         self.cell_size.iter().copied().fold(f64::INFINITY, f64::min)
@@ -157,6 +169,19 @@ mod tests {
         assert_eq!(grid.node_key(&[1, 0, 0]), 1);
         assert_eq!(grid.node_key(&[0, 1, 0]), 4);
         assert_eq!(grid.node([4, 5, 6].iter().product::<u64>() - 1), [3, 4, 5]);
+    }
+
+    #[test]
+    fn a_moved_face_stretches_the_cells_between() {
+        let mut grid = Grid {
+            min: [-1.0, 0.0],
+            cell_size: [0.5, 1.0],
+            cells: [4, 2],
+        };
+        grid.move_face(0, true, 0.4);
+        grid.move_face(1, false, -1.0);
+        assert_eq!(grid.node_position(&[4, 0]), [1.4, -1.0, 0.0]);
+        assert_eq!(grid.node_position(&[0, 2]), [-1.0, 2.0, 0.0]);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The body: material points, as arrays of what each of them carries.
 
 pub mod migrate;
+pub mod placement;
 pub mod search;
 pub mod seed;
 pub mod select;

@@ -28,7 +28,7 @@ pub struct Batches<const D: usize> {
     pub overhang: f64,
 }
 
-/// Part of a cell by which a domain may stick out of the grid; what lies outside is dropped.
+/// Part of a cell by which a domain may stick out of the grid; what nodes outside would take is dropped.
 pub const LARGEST_OVERHANG: f64 = 0.05;
 
 /// A point that the grid cannot carry.

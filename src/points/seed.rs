@@ -1,6 +1,7 @@
 //! Filling shapes with points.
 
 use super::Points;
+use super::placement::{AxisPoint, Placement};
 use crate::continuum::Continuum;
 use crate::grid::Grid;
 use crate::grid::region::Shape;
@@ -18,8 +19,12 @@ pub struct Body {
 /// Where the points of a body come from.
 #[derive(Clone, Debug)]
 pub enum PointSource {
-    /// Seeded evenly in each cell, per axis; those whose centre is outside the shape are left out.
-    Lattice { shape: Shape, points_per_cell: [usize; 3] },
+    /// Seeded in each cell; those whose centre is outside the shape are left out.
+    Lattice {
+        shape: Shape,
+        points_per_cell: [usize; 3],
+        placement: Placement,
+    },
     /// Read from a file.
     List(Vec<SeedPoint>),
 }
@@ -57,10 +62,15 @@ pub fn seed<C: Continuum, const D: usize>(
     let mut first_id = 0;
     for (index, body) in bodies.iter().enumerate() {
         let own = match &body.points {
-            PointSource::Lattice { shape, points_per_cell } => {
+            PointSource::Lattice {
+                shape,
+                points_per_cell,
+                placement,
+            } => {
                 let inside =
                     |point: &SeedPoint| shape.contains(&point.position, -BOUNDARY_MARGIN * grid.smallest_edge());
-                lattice(world, grid, shape.bounds(), points_per_cell, inside)
+                let rules = points_per_cell.map(|count| placement.axis_points(count));
+                lattice(world, grid, shape.bounds(), &rules, inside)
             }
             PointSource::List(list) => share(world, list.len()).map(|k| list[k]).collect(),
         };
@@ -89,7 +99,7 @@ fn lattice<const D: usize>(
     world: &World,
     grid: &Grid<D>,
     bounds: ([f64; 3], [f64; 3]),
-    points_per_cell: &[usize; 3],
+    rules: &[Vec<AxisPoint>; 3],
     inside: impl Fn(&SeedPoint) -> bool,
 ) -> Vec<SeedPoint> {
     let (mut lowest, mut count) = ([0; D], [0; D]);
@@ -98,14 +108,7 @@ fn lattice<const D: usize>(
         lowest[axis] = clamp(bounds.0[axis]).floor() as usize;
         count[axis] = (clamp(bounds.1[axis]).ceil() as usize).saturating_sub(lowest[axis]);
     }
-    let per_cell: usize = points_per_cell[..D].iter().product();
-    let mut half_lengths = [0.0; 3];
-    let mut volume = 1.0;
-    for axis in 0..D {
-        let spacing = grid.cell_size[axis] / points_per_cell[axis] as f64;
-        half_lengths[axis] = 0.5 * spacing;
-        volume *= spacing;
-    }
+    let per_cell: usize = rules[..D].iter().map(Vec::len).product();
     let mut points = Vec::new();
     for mut flat in share(world, count.iter().product()) {
         let mut cell = [0; D];
@@ -114,18 +117,19 @@ fn lattice<const D: usize>(
             flat /= count[axis];
         }
         for mut local in 0..per_cell {
-            let mut position = [0.0; 3];
-            for axis in 0..D {
-                let n = points_per_cell[axis];
-                let fraction = ((local % n) as f64 + 0.5) / n as f64;
-                local /= n;
-                position[axis] = grid.min[axis] + (cell[axis] as f64 + fraction) * grid.cell_size[axis];
-            }
-            let point = SeedPoint {
-                position,
-                volume,
-                half_lengths,
+            let mut point = SeedPoint {
+                position: [0.0; 3],
+                volume: 1.0,
+                half_lengths: [0.0; 3],
             };
+            for axis in 0..D {
+                let AxisPoint { position, weight } = rules[axis][local % rules[axis].len()];
+                local /= rules[axis].len();
+                let edge = grid.cell_size[axis];
+                point.position[axis] = grid.min[axis] + (cell[axis] as f64 + position) * edge;
+                point.half_lengths[axis] = 0.5 * weight * edge;
+                point.volume *= weight * edge;
+            }
             if inside(&point) {
                 points.push(point);
             }

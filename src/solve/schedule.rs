@@ -46,6 +46,11 @@ impl Schedule {
         (self.done < self.steps * self.full).then(|| (self.time(self.done), self.time(self.done + self.size)))
     }
 
+    /// Start of the last accepted step.
+    pub fn start(&self) -> Time {
+        self.time(self.done - self.last)
+    }
+
     /// End of the last accepted step.
     pub fn done(&self) -> Time {
         self.time(self.done)
@@ -63,14 +68,14 @@ impl Schedule {
 
     /// Whether the last accepted step ended a full step.
     pub fn at_full_step(&self) -> bool {
-        self.done % self.full == 0
+        self.done.is_multiple_of(self.full)
     }
 
     /// The step was accepted.
     pub fn accept(&mut self) {
         self.done += self.size;
         self.last = self.size;
-        if self.size < self.full && self.done % (2 * self.size) == 0 {
+        if self.size < self.full && self.done.is_multiple_of(2 * self.size) {
             self.size *= 2;
         }
     }

@@ -208,6 +208,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
             &system.active,
             &solution.increments,
         );
+        self.model.follow(schedule.start(), schedule.done());
         self.counts.steps += 1;
         self.peak_force = self.peak_force.max(solution.force_scale);
         let reactions = self.boundary_reactions(system, &solution.reactions);
@@ -325,7 +326,10 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         let mut sums = vec![0.0; self.model.boundaries.len() * N];
         for (boundary, sums) in self.model.boundaries.iter().zip(sums.chunks_exact_mut(N)) {
             for (&key, own) in active.nodes[..active.owned].iter().zip(reactions.chunks_exact(N)) {
-                if boundary.place.holds(&self.model.grid, &self.model.grid.node(key)) {
+                if boundary
+                    .place
+                    .holds(&self.model.initial_grid, &self.model.initial_grid.node(key))
+                {
                     sums.iter_mut().zip(own).for_each(|(sum, reaction)| *sum += reaction);
                 }
             }

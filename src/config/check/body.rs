@@ -5,7 +5,9 @@ use super::grid::axis_path;
 use crate::config::file::{BodyKeys, PlacementName, ShapeKeys};
 use crate::config::path::Path;
 use crate::grid::region::Shape;
+use crate::points::placement::Placement;
 use crate::points::seed::{Body, PointSource};
+use crate::scene::BasisKind;
 
 /// More points per cell and axis than this are a slip of the pen.
 const MAXIMUM_POINTS: usize = 64;
@@ -34,7 +36,6 @@ impl Check<'_> {
         let config = self.config;
         let known: Vec<_> = config.materials.keys().map(String::as_str).collect();
         let material = self.lookup(&path.key("material"), &keys.material, "material", "materials", &known);
-        let PlacementName::Even = keys.placement;
         let points = match &keys.shape {
             ShapeKeys::Points(file) => {
                 let place = path.key("points_per_cell");
@@ -67,7 +68,21 @@ impl Check<'_> {
         Some(PointSource::Lattice {
             shape: shape?,
             points_per_cell: points_per_cell?,
+            placement: self.placement(&path.key("placement"), keys.placement)?,
         })
+    }
+
+    /// Points with domains must fill their cells without gaps, which those of Gauss do not.
+    fn placement(&mut self, path: &Path, name: PlacementName) -> Option<Placement> {
+        let placement = match name {
+            PlacementName::Even => Placement::Even,
+            PlacementName::Gauss => Placement::Gauss,
+        };
+        let domains = self.grid.as_ref().is_some_and(|grid| grid.basis == BasisKind::Gimp);
+        let message = "domains around Gauss points do not fill the cell";
+        let fits = placement == Placement::Even || !domains;
+        self.require(fits, path, message, "even, or gauss with grid.basis: linear")
+            .then_some(placement)
     }
 
     fn points_per_cell(&mut self, path: &Path, keys: &BodyKeys) -> Option<[usize; 3]> {

@@ -1,7 +1,9 @@
 //! The background grid.
 
 use super::Check;
-use crate::config::file::{BasisName, OneOrPerAxis, ScalarOr};
+use super::boundary::face_axis;
+use crate::condition::dirichlet::GridPlane;
+use crate::config::file::{BasisName, BoundaryKeys, FaceName, OneOrPerAxis, ScalarOr};
 use crate::config::path::Path;
 use crate::scene::{BasisKind, GridSettings};
 
@@ -39,12 +41,36 @@ impl Check<'_> {
             BasisName::Linear => BasisKind::Linear,
             BasisName::Gimp => BasisKind::Gimp,
         };
+        let follow_face = match keys.follow_face {
+            Some(face) => Some(self.follow_face(&path.key("follow_face"), face, &cells)?),
+            None => None,
+        };
         fits.then_some(GridSettings {
             min,
             cell_size,
             cells,
             basis,
+            follow_face,
         })
+    }
+
+    /// The face that the grid follows: one whose motion along its own axis is prescribed.
+    fn follow_face(&mut self, path: &Path, face: FaceName, cells: &[usize; 3]) -> Option<GridPlane> {
+        let expected = "a face with `move` of its own axis under `boundary`, as y_max with move: {uy: -0.01}";
+        let (axis, normal) = face_axis(face);
+        let exists = face != FaceName::All && axis < self.kinematics.dimension();
+        if !self.require(exists, path, "the grid cannot follow this face", expected) {
+            return None;
+        }
+        let moving = |keys: &BoundaryKeys| {
+            let same = matches!(keys.face, ScalarOr::Scalar(name) if name == face);
+            same && keys.moves.contains_key(self.unknowns()[axis])
+        };
+        let found = self.config.boundary.iter().any(moving);
+        let message = "no motion of this face along its axis is prescribed";
+        let index = if normal > 0.0 { cells[axis] } else { 0 };
+        self.require(found, path, message, expected)
+            .then_some(GridPlane { axis, index })
     }
 
     /// Edges of the grid; 1 along an axis that plane strain does not have.

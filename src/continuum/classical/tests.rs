@@ -376,7 +376,10 @@ fn micropolar_without_coupling_and_lengths_is_classical() {
                 right = new;
                 let tau = other.force * f.transpose();
                 let difference = (stress.kirchhoff - tau).norm();
-                assert!(difference < 10.0 * strain_squared * MU, "{difference:e} Pa at {strain_squared:e}");
+                assert!(
+                    difference < 10.0 * strain_squared * MU,
+                    "{difference:e} Pa at {strain_squared:e}"
+                );
                 let chi = MetricState::unpack(&left).chi;
                 let other_chi = crate::material::drucker_prager::PlasticState::unpack(&right).chi;
                 assert!((chi - other_chi).abs() < 10.0 * strain_squared, "{chi:e} {other_chi:e}");

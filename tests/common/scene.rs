@@ -1,0 +1,46 @@
+//! Pieces of scenes as YAML text.
+
+use std::fmt::Write;
+
+/// Nodes of a grid from the origin with cubic cells, as positions; two coordinates or three.
+pub fn nodes(cells: &[usize], edge: f64) -> Vec<Vec<f64>> {
+    let count: usize = cells.iter().map(|cells| cells + 1).product();
+    let position = |mut flat: usize| {
+        let along = |cells: &usize| {
+            let index = flat % (cells + 1);
+            flat /= cells + 1;
+            index as f64 * edge
+        };
+        cells.iter().map(along).collect()
+    };
+    (0..count).map(position).collect()
+}
+
+/// An entry of `boundary` that moves components of one node by these totals; those with a total of zero are fixed.
+pub fn moved_node(position: &[f64], edge: f64, totals: &[(&str, f64)]) -> String {
+    let zero = |total: &&(&str, f64)| total.1 == 0.0;
+    let fix: Vec<&str> = totals.iter().filter(zero).map(|(component, _)| *component).collect();
+    let moves: Vec<String> = totals
+        .iter()
+        .filter(|total| !zero(total))
+        .map(|(component, total)| format!("{component}: {total:?}"))
+        .collect();
+    let (place, fix, moves) = (box_around(position, 0.1 * edge), fix.join(", "), moves.join(", "));
+    format!("  - {{face: all, within: {place}, fix: [{fix}], move: {{{moves}}}}}\n")
+}
+
+/// A box about a position, as a shape.
+pub fn box_around(position: &[f64], half: f64) -> String {
+    let shifted = |shift: f64| position.iter().map(|x| x + shift).collect::<Vec<f64>>();
+    format!("{{box: {{min: {:?}, max: {:?}}}}}", shifted(-half), shifted(half))
+}
+
+/// Entries of `output.history`: largest and smallest value of fields over all points, `NAME_max` and `NAME_min`.
+pub fn extremes(fields: &[&str]) -> String {
+    fields.iter().fold(String::new(), |mut text, field| {
+        for reduction in ["max", "min"] {
+            writeln!(text, "    - {{name: {field}_{reduction}, {reduction}: {field}}}").expect("text grows");
+        }
+        text
+    })
+}

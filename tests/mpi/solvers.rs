@@ -1,0 +1,91 @@
+//! Partitioner, ordering and line search change the way, not the answer.
+
+use super::scenes;
+use crate::common::compare::same_history;
+use crate::common::launch::Launch;
+
+const TOLERANCE: f64 = 1e-8;
+
+#[test]
+fn every_partitioner_gives_the_same_history() {
+    let alone = scenes::block().run().completed().history();
+    for (choice, used) in [("auto", "metis"), ("metis", "metis"), ("ptscotch", "ptscotch")] {
+        let setting = format!("solver.partitioner={choice}");
+        let run = scenes::block().set(&[&setting]).ranks(3).run().completed();
+        assert_eq!(run.summary().text("partitioner"), used);
+        same_history(choice, &run.history(), &alone, TOLERANCE);
+    }
+}
+
+#[test]
+fn a_partitioner_that_petsc_does_not_have_is_refused_with_those_it_has() {
+    let run = scenes::block()
+        .set(&["solver.partitioner=parmetis"])
+        .ranks(2)
+        .run()
+        .expect_code(1);
+    let complaints = run.complaints("parmetis");
+    assert_eq!(complaints.len(), 1, "{}", run.stderr);
+    assert!(
+        complaints[0].contains("available: auto, metis, ptscotch"),
+        "{}",
+        complaints[0]
+    );
+    assert!(!run.stderr.contains("PETSC ERROR"), "{}", run.stderr);
+    assert!(!run.file("history.csv").exists(), "nothing was run");
+}
+
+#[test]
+fn metis_and_pord_orderings_give_the_same_history() {
+    let metis = scenes::curved_cantilever().run().completed();
+    assert!(
+        metis.summary().text("ordering").contains("METIS"),
+        "{}",
+        metis.summary().text("ordering")
+    );
+    let pord = scenes::curved_cantilever()
+        .petsc("-pc_factor_mat_ordering_type external -mat_mumps_icntl_7 4")
+        .run()
+        .completed();
+    assert!(
+        pord.summary().text("ordering").contains("PORD"),
+        "{}",
+        pord.summary().text("ordering")
+    );
+    same_history("PORD and METIS", &pord.history(), &metis.history(), TOLERANCE);
+}
+
+#[test]
+fn every_line_search_gives_the_same_history() {
+    let scenes: [fn() -> Launch; 3] = [scenes::shear_layer, scenes::curved_cantilever, scenes::block];
+    for scene in scenes {
+        let usual = scene().run().completed().history();
+        for search in ["bt", "l2", "basic"] {
+            let run = scene()
+                .petsc(&format!("-snes_linesearch_type {search}"))
+                .run()
+                .completed();
+            same_history(search, &run.history(), &usual, TOLERANCE);
+        }
+    }
+}
+
+#[test]
+fn an_iterative_solver_gives_the_same_history() {
+    let direct = scenes::block().run().completed().history();
+    for (name, options) in [
+        (
+            "GMRES with block Jacobi",
+            "-ksp_type gmres -pc_type bjacobi -ksp_rtol 1e-12 -ksp_max_it 2000",
+        ),
+        (
+            "GMRES with GAMG",
+            "-mat_type aij -ksp_type gmres -pc_type gamg -ksp_diagonal_scale -ksp_rtol 1e-12 -ksp_max_it 2000",
+        ),
+    ] {
+        let run = scenes::block().ranks(2).petsc(options).run().completed();
+        let used = run.summary().text("ordering").to_owned();
+        assert!(!used.contains("MUMPS"), "{name}: the summary names {used}");
+        same_history(name, &run.history(), &direct, TOLERANCE);
+    }
+}

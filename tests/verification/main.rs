@@ -1,0 +1,16 @@
+//! The program against closed forms, balance laws and independent computations. Each file opens with the source of the
+//! problem, a sketch, and what is expected.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod balance;
+mod column;
+mod compression;
+mod couple_layer;
+mod curved_cantilever;
+mod plane_and_space;
+mod prescribed_motion;
+mod reference;
+mod shear;
+mod shear_layer;

@@ -1,0 +1,126 @@
+//! Plane strain is three-dimensional with the components out of the plane held.
+//!
+//! Source: the definition of plane strain. What could go wrong: the elastoplastic law in the plane is solved in the
+//! components that plane strain moves alone, among them the elastic stretch across the plane and the couple stresses
+//! m_13 and m_23, which are easily forgotten.
+//!
+//! ```text
+//!         top: ux = 3 mm, uy = -1 mm
+//!        +--+--+--+   y = 0.04 m
+//!        |  |  |  |
+//!        +--+--+--+           Drucker-Prager, GIMPM, ghost penalty, 2 x 2 (x 2) points a cell;
+//!        |  |  |  |           in space one cell (5 mm) thick with uz = rx = ry = 0 on all nodes
+//!        +--+--+--+   y = 0
+//!         base: ux = uy = 0
+//! ```
+//!
+//! Expected: reactions per metre of thickness equal within 1e-7, equivalent plastic strains within 1e-6.
+
+use crate::common::compare::Comparison;
+use crate::common::launch::Launch;
+use crate::common::results::Table;
+
+const THICKNESS: f64 = 0.005;
+
+fn run(space: bool) -> Table {
+    let (kinematics, min, max, cells) = if space {
+        (
+            "three_dimensional",
+            "[0.0, 0.0, 0.0]",
+            format!("[0.05, 0.05, {THICKNESS}]"),
+            "[5, 5, 1]",
+        )
+    } else {
+        ("plane_strain", "[0.0, 0.0]", "[0.05, 0.05]".to_owned(), "[5, 5]")
+    };
+    let (corner, opposite) = if space {
+        ("[0.01, 0.0, 0.0]", format!("[0.04, 0.04, {THICKNESS}]"))
+    } else {
+        ("[0.01, 0.0]", "[0.04, 0.04]".to_owned())
+    };
+    let held = if space {
+        "  - {face: all, fix: [uz, rx, ry]}"
+    } else {
+        ""
+    };
+    let history = Launch::text(&format!(
+        "
+model: {{kinematics: {kinematics}}}
+grid: {{min: {min}, max: {max}, cells: {cells}, basis: gimp}}
+materials:
+  sand:
+    law: drucker_prager
+    lame_lambda: 8.0e6
+    shear_modulus: 6.0e6
+    coupling_modulus: 1.0e6
+    bending_length: 3.0e-3
+    bounded_stiffness: true
+    friction_angle: 25.0
+    dilatancy_angle: 8.0
+    cohesion: 50.0e3
+    hardening_modulus: 1.0e5
+    plastic_length: 4.0e-3
+bodies:
+  - {{name: block, material: sand, shape: {{box: {{min: {corner}, max: {opposite}}}}}, points_per_cell: 2}}
+boundary:
+{held}
+  - {{face: y_min, fix: [ux, uy], name: base}}
+  - {{face: {{axis: y, at: 0.04}}, move: {{ux: 0.003, uy: -0.001}}, name: top}}
+stages: [{{name: shear, steps: 10}}]
+solver: {{force_tolerance: 1.0e-13, return_map_tolerance: 1.0e-13, max_iterations: 25}}
+stabilisation: {{ghost: {{translation: 8.0e4, rotation: 2.0, scaling: paper}}}}
+output:
+  history:
+    - {{name: base_x, reaction: {{boundary: base, component: ux}}}}
+    - {{name: base_y, reaction: {{boundary: base, component: uy}}}}
+    - {{name: top_x, reaction: {{boundary: top, component: ux}}}}
+    - {{name: top_y, reaction: {{boundary: top, component: uy}}}}
+    - {{name: chi_max, max: chi}}
+    - {{name: chi_mean, mean: chi}}
+    - {{name: twist_min, min: twist_z}}
+    - {{name: couple_stress, max: couple_stress}}
+"
+    ))
+    .run()
+    .completed()
+    .history();
+    assert_eq!(history.rows.len(), 11, "no step is halved");
+    history
+}
+
+#[test]
+fn plane_strain_is_space_with_the_components_out_of_the_plane_held() {
+    let (plane, space) = (run(false), run(true));
+    let mut comparison = Comparison::new("plane strain, and space per metre of thickness");
+    for (names, scale, share) in [
+        (&["base_x", "base_y", "top_x", "top_y"][..], THICKNESS, 1e-7),
+        (&["chi_max", "chi_mean", "twist_min"], 1.0, 1e-6),
+        (
+            &[
+                "couple_stress_zx",
+                "couple_stress_xz",
+                "couple_stress_zy",
+                "couple_stress_yz",
+            ],
+            1.0,
+            1e-6,
+        ),
+    ] {
+        for name in names {
+            let largest = plane
+                .column(name)
+                .into_iter()
+                .fold(0.0f64, |largest, value| largest.max(value.abs()));
+            for (row, (plane, space)) in plane.column(name).into_iter().zip(space.column(name)).enumerate() {
+                comparison.within(&format!("{name}, step {row}"), space / scale, plane, share * largest);
+            }
+        }
+    }
+    comparison.finish();
+    assert!(plane.last("chi_max") > 0.05, "the block hardly yields");
+    let across = plane.last("couple_stress_xz").abs();
+    assert!(
+        across > 1e-3 * plane.last("couple_stress_zx").abs(),
+        "no couple stress across the plane: {across}"
+    );
+}
