@@ -86,12 +86,12 @@ fn scene(space: bool) -> String {
     format!(
         "
 model: {{kinematics: {kinematics}}}
-grid: {{min: [0.0, 0.0{below}], max: [0.04, 0.04{above}], cell_size: 0.01, basis: gimp}}
+grid: {{min: [0.0, 0.0{below}], max: [0.04, 0.04{above}], cell_size: 0.01, basis: linear}}
 materials:
-  sand: {{law: drucker_prager, lame_lambda: 8.0e6, shear_modulus: 6.0e6, coupling_modulus: 1.0e6, bending_length: 3.0e-3, bounded_stiffness: true,
-         friction_angle: 25.0, dilatancy_angle: 8.0, cohesion: 100.0e3, hardening_modulus: 1.0e5, plastic_length: 4.0e-3}}
+  steel: {{law: von_mises, lame_lambda: 8.0e6, shear_modulus: 6.0e6, coupling_modulus: 1.0e6, bending_length: 3.0e-3,
+          bounded_stiffness: true, yield_strength: 100.0e3, hardening_modulus: 1.0e5, plastic_length: 4.0e-3}}
 bodies:
-  - {{name: block, material: sand, shape: {{box: {{min: [0.0, 0.0{depth}], max: [0.02, 0.03{across}]}}}}, points_per_cell: 2}}
+  - {{name: block, material: steel, shape: {{box: {{min: [0.0, 0.0{depth}], max: [0.02, 0.03{across}]}}}}, points_per_cell: 2}}
 boundary:
   - {{face: y_min, fix: [ux, uy{sideways}], name: base}}
   - {{face: {{axis: y, at: 0.03}}, move: {{ux: 0.001}}, name: top}}
