@@ -45,9 +45,7 @@ fn the_head_of_every_scene_tells_what_it_is() {
             "{name} has no title"
         );
         let entry = |key: &str| {
-            let line = head
-                .iter()
-                .position(|line| line.trim().split_whitespace().next() == Some(key));
+            let line = head.iter().position(|line| line.split_whitespace().next() == Some(key));
             let first = line.unwrap_or_else(|| panic!("{name}: no {key} in its head"));
             // Lines that go on are set in.
             let rest = head[first + 1..]
