@@ -20,7 +20,7 @@ petsc:      parallel clock error
 solve:      continuum grid points condition assembly petsc parallel clock error
 output:     parallel clock error
 verification: continuum material points parallel
-scene:      grid material points condition solve verification
+scene:      continuum grid material points condition solve verification
 config:     scene grid material points condition solve verification problem
 app:        assembly clock condition config continuum error grid material output parallel petsc points problem scene solve verification version
 main:       app clock config error parallel scene

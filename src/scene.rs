@@ -2,6 +2,8 @@
 //!
 //! Vectors are three-dimensional; in plane strain the third component is zero and the third extent of the grid is one.
 
+pub use crate::continuum::ContinuumKind;
+
 use crate::condition::dirichlet::{Boundary, Component, GridPlane};
 use crate::grid::ghost::GhostSettings;
 use crate::material::spec::MaterialSpec;
@@ -47,19 +49,6 @@ impl Kinematics {
             Kinematics::ThreeDimensional => 3,
         }
     }
-
-    /// Names of the unknowns of a node in their order: a [`Component`] is an index into them.
-    pub fn unknowns(self) -> &'static [&'static str] {
-        match self {
-            Kinematics::PlaneStrain => &["ux", "uy", "rz"],
-            Kinematics::ThreeDimensional => &["ux", "uy", "uz", "rx", "ry", "rz"],
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ContinuumKind {
-    Micropolar,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,10 +8,11 @@ mod snapshot;
 
 use crate::clock::Clock;
 use crate::config::{Input, Source};
+use crate::continuum::classical::Classical;
 use crate::continuum::micropolar::Micropolar;
 use crate::continuum::{Continuum, Fields};
 use crate::error::Error;
-use crate::material::{Components, Material, micropolar_law, spec::MaterialSpec};
+use crate::material::{Components, Material, classical_law, micropolar_law, spec::MaterialSpec};
 use crate::output::progress::{Mode, Progress};
 use crate::parallel::World;
 use crate::petsc::{Partitioner, Session};
@@ -35,6 +36,12 @@ pub trait Laws: Continuum {
     fn law(spec: &MaterialSpec, components: Components) -> Box<dyn Material<Self>>;
 }
 
+impl Laws for Classical {
+    fn law(spec: &MaterialSpec, components: Components) -> Box<dyn Material<Self>> {
+        classical_law(spec, components)
+    }
+}
+
 impl Laws for Micropolar {
     fn law(spec: &MaterialSpec, components: Components) -> Box<dyn Material<Self>> {
         micropolar_law(spec, components)
@@ -47,6 +54,12 @@ impl Laws for Micropolar {
 /// What is wrong with the scene once it meets the grid, and what ends an analysis early.
 pub fn execute(world: &World, scene: &Scene, source: &Source, task: Task, clock: &Rc<Clock>) -> Result<(), Error> {
     match (scene.kinematics, scene.continuum) {
+        (Kinematics::PlaneStrain, ContinuumKind::Classical) => {
+            perform::<Classical, 2, 2>(world, scene, source, task, clock)
+        }
+        (Kinematics::ThreeDimensional, ContinuumKind::Classical) => {
+            perform::<Classical, 3, 3>(world, scene, source, task, clock)
+        }
         (Kinematics::PlaneStrain, ContinuumKind::Micropolar) => {
             perform::<Micropolar, 2, 3>(world, scene, source, task, clock)
         }
@@ -94,7 +107,7 @@ fn perform<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
     match task {
         Task::Check if world.is_root() => print!("{}", built.describe(scene)),
         Task::Check => {}
-        Task::Run { quiet } => run(world, scene, built, quiet, clock)?,
+        Task::Run { quiet } => run(world, scene, source, built, quiet, clock)?,
     }
     Ok(())
 }
@@ -102,12 +115,18 @@ fn perform<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
 fn run<C: Fields<D, N>, const D: usize, const N: usize>(
     world: &World,
     scene: &Scene,
+    source: &Source,
     built: Built<C, D, N>,
     quiet: bool,
     clock: &Rc<Clock>,
 ) -> Result<(), Error> {
     let session = Session::start(world, &scene.solver.petsc_options)?;
-    let partitioner = partitioner(scene.solver.partitioner).resolve(&session)?;
+    let partitioner = partitioner(scene.solver.partitioner)
+        .resolve(&session)
+        .map_err(|error| {
+            let expected = "auto, or one that this PETSc has";
+            Error::Configuration(vec![source.problem("solver.partitioner", error.to_string(), expected)])
+        })?;
     let mut progress = Progress::on_stdout(Mode::choose(world.is_root(), quiet));
     facts::print_header(&mut progress, world, scene, &built, &session);
     let points = built.points;

@@ -75,6 +75,8 @@ pub enum KinematicsName {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ContinuumName {
+    /// Displacement only.
+    Classical,
     /// Displacement and independent rotation.
     #[default]
     Micropolar,
@@ -434,8 +436,8 @@ pub struct StabilisationKeys {
 pub struct GhostKeys {
     /// Factor for translations, gamma_g1 [Pa], >= 0.
     pub translation: f64,
-    /// Factor for rotations, gamma_g2 [N], >= 0.
-    pub rotation: f64,
+    /// Factor for rotations, gamma_g2 [N], >= 0: given where there are rotations.
+    pub rotation: Option<f64>,
     /// Power of the cell size.
     #[serde(default)]
     pub scaling: GhostScalingName,

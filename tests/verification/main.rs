@@ -4,7 +4,9 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod ample;
 mod balance;
+mod classical_shear_layer;
 mod column;
 mod compression;
 mod couple_layer;

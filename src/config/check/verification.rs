@@ -136,7 +136,7 @@ impl Check<'_> {
             self.require(plain && whole, &section.index(index), message, expected);
         }
         for (number, face) in faces.iter().enumerate() {
-            for (component, unknown) in self.kinematics.unknowns().iter().enumerate() {
+            for (component, unknown) in self.unknowns().iter().enumerate() {
                 let fixes =
                     |boundary: &Boundary| boundary.place.plane == Some(*face) && boundary.fix.contains(&component);
                 if boundaries.iter().any(fixes) {
