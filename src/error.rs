@@ -10,8 +10,10 @@ pub enum Error {
     Configuration(Vec<Problem>),
     /// The analysis could not go on; results so far are complete. Exit code 3.
     Analysis(String),
-    /// Failure outside the model: files, MPI, PETSc, memory. Exit code 1.
+    /// Failure outside the model, common to all ranks: files, memory. Exit code 1.
     System(String),
+    /// Failure of a library that other ranks may know nothing of: they would wait for this one for ever. Exit code 1.
+    Library(String),
 }
 
 impl Error {
@@ -20,7 +22,7 @@ impl Error {
         match self {
             Error::Configuration(_) => 2,
             Error::Analysis(_) => 3,
-            Error::System(_) => 1,
+            Error::System(_) | Error::Library(_) => 1,
         }
     }
 }
@@ -37,7 +39,7 @@ impl fmt::Display for Error {
                 }
                 Ok(())
             }
-            Error::Analysis(message) | Error::System(message) => write!(out, "{message}"),
+            Error::Analysis(message) | Error::System(message) | Error::Library(message) => write!(out, "{message}"),
         }
     }
 }

@@ -44,6 +44,7 @@ fn perform(world: &World, command: Command, clock: &Rc<Clock>) -> i32 {
     };
     match outcome {
         Ok(()) => 0,
+        Err(Error::Library(message)) if world.size() > 1 => world.fail(&message),
         Err(error) => {
             if world.is_root() {
                 eprintln!("{}", prefixed(&error));

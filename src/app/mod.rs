@@ -134,6 +134,12 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
     recorder.initial(&built.model)?;
     let mut analysis = Analysis::new(world, &session, built.model, scene.solver.clone(), partitioner, clock);
     let outcome = analysis.run(&scene.stages, &mut recorder);
+    if let Err(Error::Library(message)) = &outcome
+        && world.size() > 1
+    {
+        // Before anything is let go of: even that would wait for ranks that go on.
+        world.fail(message);
+    }
     let finished = recorder.finish(&analysis.model);
     let outcome = outcome.and(finished);
     for option in session.unused_options()? {

@@ -8,12 +8,16 @@ mod directory;
 pub use directory::{Directory, Numbered, Numbering};
 
 use std::rc::Rc;
+use std::time::Duration;
 
 use mpi::collective::SystemOperation;
 use mpi::datatype::{Partition, PartitionMut};
 use mpi::environment::{Threading, Universe};
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives, Equivalence, Root};
+
+/// Head start of the root where several ranks have a failure to report.
+const FIRST_WORD: Duration = Duration::from_secs(1);
 
 /// The rank that reads, prints and writes what exists once.
 pub const ROOT: usize = 0;
@@ -95,6 +99,16 @@ impl World {
     /// Ends every process at once with this exit code. Not collective; for failures that one rank cannot share.
     pub fn abort(&self, code: i32) -> ! {
         self.communicator().abort(code)
+    }
+
+    /// Ends every process with exit code 1 and a message, of which other ranks may know nothing. Not collective: where
+    /// all ranks fail alike, the root is quicker and speaks for all.
+    pub fn fail(&self, message: &str) -> ! {
+        if !self.is_root() {
+            std::thread::sleep(FIRST_WORD);
+        }
+        eprintln!("error: rank {}: {message}", self.rank());
+        self.abort(1)
     }
 
     /// True where `ok` is true on every rank.

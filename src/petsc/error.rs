@@ -25,7 +25,7 @@ impl std::error::Error for PetscError {}
 
 impl From<PetscError> for crate::error::Error {
     fn from(error: PetscError) -> Self {
-        crate::error::Error::System(error.to_string())
+        crate::error::Error::Library(error.to_string())
     }
 }
 

@@ -126,7 +126,7 @@ impl std::error::Error for SolveError {}
 
 impl From<SolveError> for crate::error::Error {
     fn from(error: SolveError) -> Self {
-        crate::error::Error::System(error.to_string())
+        crate::error::Error::Library(error.to_string())
     }
 }
 
