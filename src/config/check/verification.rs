@@ -8,6 +8,7 @@ use crate::config::file::ShapeKeys;
 use crate::config::path::Path;
 use crate::material::spec::{ElasticModuli, MaterialSpec};
 use crate::points::seed::{Body, PointSource};
+use crate::scene::ContinuumKind;
 use crate::verification::Manufactured;
 
 /// How far faces may be from those of the unit cube [m].
@@ -27,8 +28,17 @@ impl Check<'_> {
         let Some(keys) = &config.verification.manufactured else {
             return Some(None);
         };
-        let path = Path::root().key("verification").key("manufactured").key("amplitude");
-        let amplitude = self.amplitude(&path, &keys.amplitude);
+        let path = Path::root().key("verification").key("manufactured");
+        let message = "the manufactured solution is one of the micropolar continuum";
+        if !self.require(
+            self.continuum == ContinuumKind::Micropolar,
+            &path,
+            message,
+            "continuum: micropolar",
+        ) {
+            return None;
+        }
+        let amplitude = self.amplitude(&path.key("amplitude"), &keys.amplitude);
         self.no_own_loads();
         self.unit_cube();
         if let Some(boundaries) = parts.boundaries {
