@@ -127,6 +127,7 @@ where
     ));
     Model {
         initial_grid: grid.clone(),
+        elements: None,
         follow_face: None,
         grid,
         basis,
@@ -217,7 +218,7 @@ where
     assert!(!system.faces.faces.is_empty());
     let u = field(&model, &system.active.nodes, 0.7 * size, 3);
     forces(&mut workspace, &mut model, &system, &u);
-    model.accept(&mut workspace, &system.batches, &system.active, &u);
+    model.accept(world, &mut workspace, &system.batches, &system.active, &u);
     let system = model.search(world).unwrap();
     let accepted = record(&model);
     let u = field(&model, &system.active.nodes, size, 11);

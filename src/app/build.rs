@@ -13,12 +13,13 @@ use crate::grid::Grid;
 use crate::grid::basis::{Basis, Gimp, Linear};
 use crate::material::Components;
 use crate::parallel::World;
+use crate::points::elements::Elements;
 use crate::points::search::Misplaced;
-use crate::points::seed::seed;
+use crate::points::seed::{PointSource, seed};
 use crate::points::select::MAX_SELECTIONS;
 use crate::points::select::Selection;
 use crate::problem::Problem;
-use crate::scene::{BasisKind, HistoryQuantity, Load, LoadKind, Scene};
+use crate::scene::{BasisKind, HistoryQuantity, Load, LoadKind, Scene, Target};
 
 /// A model in its initial state, with facts for header, check and history.
 pub struct Built<C: Fields<D, N>, const D: usize, const N: usize> {
@@ -76,6 +77,7 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         basis,
         laws,
         points,
+        elements: elements(scene),
         boundaries: scene.boundaries.clone(),
         loads: Vec::new(),
         ghost,
@@ -107,6 +109,14 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
     }
 }
 
+/// The mesh of the scene, which is that of its only body.
+fn elements<const D: usize>(scene: &Scene) -> Option<Elements<D>> {
+    scene.bodies.iter().find_map(|body| match &body.points {
+        PointSource::Mesh(settings) => Some(Elements::new(settings)),
+        PointSource::Lattice { .. } | PointSource::List(_) => None,
+    })
+}
+
 fn empty_bodies(source: &Source, points_per_body: &[u64]) -> Vec<Problem> {
     let empty = points_per_body.iter().enumerate().filter(|&(_, &count)| count == 0);
     empty
@@ -129,7 +139,7 @@ fn select<C: Fields<D, N>, const D: usize, const N: usize>(
     model: &mut Model<C, D, N>,
     problems: &mut Vec<Problem>,
 ) -> Vec<Column> {
-    let edge = model.grid.smallest_edge();
+    let edge = model.initial_nodes().smallest_edge();
     let mut used = 0;
     let mut bits: Vec<Option<usize>> = Vec::new();
     let mut mark = |model: &mut Model<C, D, N>, bits: &[Option<usize>], selection: &Selection, path: String| {
@@ -149,15 +159,18 @@ fn select<C: Fields<D, N>, const D: usize, const N: usize>(
         (used - 1, count.max(1))
     };
     for (index, load) in scene.loads.iter().enumerate() {
-        let (bit, count) = match selection_of(load) {
-            Some(selection) => {
+        let (bit, count) = match target_of(load) {
+            Some(Target::Points(selection)) => {
                 let (bit, count) = mark(model, &bits, selection, format!("loads[{index}].at"));
                 (Some(bit), count)
             }
-            None => (None, 1),
+            Some(Target::Face(_)) | None => (None, 1),
         };
         bits.push(bit);
-        model.loads.push(dead_load(load, bit, count, &C::IS_TRANSLATION, D));
+        let shares = face_shares(model, target_of(load));
+        model
+            .loads
+            .push(dead_load(load, bit, count, shares, &C::IS_TRANSLATION, D));
     }
     let mut columns = Vec::new();
     for (index, column) in scene.output.history.iter().enumerate() {
@@ -167,31 +180,60 @@ fn select<C: Fields<D, N>, const D: usize, const N: usize>(
             } => Some(mark(model, &bits, selection, format!("output.history[{index}].at")).0),
             _ => None,
         };
+        let face = match &column.quantity {
+            HistoryQuantity::FaceMean { face, .. } => face_shares(model, Some(&Target::Face(*face))),
+            _ => None,
+        };
         columns.push(Column {
             entry: column.clone(),
             bit,
+            face: face.unwrap_or_default(),
         });
     }
     columns
 }
 
-fn selection_of(load: &Load) -> Option<&Selection> {
+fn target_of(load: &Load) -> Option<&Target> {
     match &load.kind {
         LoadKind::SpecificWeight(_) => None,
         LoadKind::Force { at, .. } | LoadKind::Couple { at, .. } => Some(at),
     }
 }
 
-/// What a load gives to each of `count` points.
-fn dead_load(load: &Load, bit: Option<usize>, count: u64, is_translation: &[bool], dimension: usize) -> DeadLoad {
+/// Shares of the nodes of a face, where the target is one.
+fn face_shares<C: Fields<D, N>, const D: usize, const N: usize>(
+    model: &Model<C, D, N>,
+    target: Option<&Target>,
+) -> Option<Vec<(u64, f64)>> {
+    match (&model.elements, target) {
+        (Some(elements), Some(Target::Face(face))) => Some(elements.mesh.face_shares(*face)),
+        _ => None,
+    }
+}
+
+/// What a load gives to each of `count` points, or to nodes by their shares.
+fn dead_load(
+    load: &Load,
+    bit: Option<usize>,
+    count: u64,
+    shares: Option<Vec<(u64, f64)>>,
+    is_translation: &[bool],
+    dimension: usize,
+) -> DeadLoad {
     let spread = |vector: &[f64; 3], translations| by_unknown(vector, translations, is_translation, dimension);
-    let share = |total: &[f64; 3]| total.map(|total| total / count as f64);
+    let concentrated = |total: &[f64; 3], translations| match shares {
+        Some(shares) => Amount::OnNodes {
+            total: spread(total, translations),
+            shares,
+        },
+        None => Amount::PerPoint(spread(&total.map(|total| total / count as f64), translations)),
+    };
     let amount = match &load.kind {
         LoadKind::SpecificWeight(weights) => {
             Amount::PerVolume(weights.iter().map(|weight| spread(weight, true)).collect())
         }
-        LoadKind::Force { total, .. } => Amount::PerPoint(spread(&share(total), true)),
-        LoadKind::Couple { total, .. } => Amount::PerPoint(spread(&share(total), false)),
+        LoadKind::Force { total, .. } => concentrated(total, true),
+        LoadKind::Couple { total, .. } => concentrated(total, false),
     };
     DeadLoad {
         stage: load.stage,
@@ -245,7 +287,7 @@ fn check_boundaries<C: Fields<D, N>, const D: usize, const N: usize>(
 ) {
     let active = &system.active;
     for (index, boundary) in scene.boundaries.iter().enumerate() {
-        let holds = |&key: &u64| boundary.place.holds(&model.grid, &model.grid.node(key));
+        let holds = |&key: &u64| boundary.place.holds(model.initial_nodes(), key);
         if world.any(active.nodes[..active.owned].iter().any(holds)) {
             continue;
         }

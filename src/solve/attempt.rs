@@ -133,6 +133,7 @@ pub fn external_forces<C: Fields<D, N>, const D: usize, const N: usize>(
         &model.points,
         &system.batches,
         nodes,
+        &system.active.nodes[..system.active.owned],
         forces.local_mut(),
     );
     forces.add_to_owners()?;

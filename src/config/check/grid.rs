@@ -8,7 +8,7 @@ use crate::config::path::Path;
 use crate::scene::{BasisKind, GridSettings};
 
 /// Largest number of nodes: an index of them must fit into 32 bits.
-const MAXIMUM_NODES: f64 = 2_147_483_647.0;
+pub(super) const MAXIMUM_NODES: f64 = 2_147_483_647.0;
 
 /// How far the extent may be from a whole number of cells, relative to a cell per cell.
 const ROUND_OFF: f64 = 1e-9;
@@ -16,7 +16,10 @@ const ROUND_OFF: f64 = 1e-9;
 impl Check<'_> {
     pub(super) fn grid(&mut self) -> Option<GridSettings> {
         let path = Path::root().key("grid");
-        let keys = &self.config.grid;
+        let Some(keys) = &self.config.grid else {
+            self.report(&path, "this key is missing", "min, max and cell_size or cells");
+            return None;
+        };
         let min = self.vector(&path.key("min"), &keys.min);
         let max = self.vector(&path.key("max"), &keys.max);
         let given = (keys.cell_size.as_ref(), keys.cells.as_ref());
