@@ -71,7 +71,7 @@ impl<const D: usize> Elements<D> {
         weight * self.mesh.evaluate(support, place, out)
     }
 
-    /// A point of the initial state. Points of a mesh have no domains.
+    /// A point of the initial state. For pictures it has the domain of a cube of its volume; nothing else asks for it.
     pub fn seed_point(&self, id: u64) -> SeedPoint {
         let support = self.support(id);
         let mut shapes = vec![0.0; support.size() * (1 + D)];
@@ -81,7 +81,7 @@ impl<const D: usize> Elements<D> {
         SeedPoint {
             position,
             volume,
-            half_lengths: [0.0; 3],
+            half_lengths: [0.5 * volume.powf(1.0 / D as f64); 3],
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::config::path::Path;
 use crate::scene::{BasisKind, GridSettings};
 
 /// Largest number of nodes: an index of them must fit into 32 bits.
-pub(super) const MAXIMUM_NODES: f64 = 2_147_483_647.0;
+const MAXIMUM_NODES: f64 = 2_147_483_647.0;
 
 /// How far the extent may be from a whole number of cells, relative to a cell per cell.
 const ROUND_OFF: f64 = 1e-9;

@@ -2,7 +2,7 @@
 
 use super::Check;
 use super::boundary::face_axis;
-use super::grid::{MAXIMUM_NODES, axis_path};
+use super::grid::axis_path;
 use crate::config::file::{FaceName, MeshKeys, MethodName, ShapeKeys};
 use crate::config::path::Path;
 use crate::config::write::DEFAULT_POINTS_OF_MESH;
@@ -10,6 +10,9 @@ use crate::grid::mesh::MeshFace;
 use crate::grid::region::Shape;
 use crate::points::elements::MeshSettings;
 use crate::scene::{BasisKind, GridSettings};
+
+/// Largest number of nodes of a mesh: every rank holds about 100 bytes for each.
+const MAXIMUM_NODES: f64 = 10_000_000.0;
 
 impl Check<'_> {
     /// Whether the scene is one of finite elements.
