@@ -19,7 +19,7 @@ use crate::points::seed::{PointSource, seed};
 use crate::points::select::MAX_SELECTIONS;
 use crate::points::select::Selection;
 use crate::problem::Problem;
-use crate::scene::{BasisKind, HistoryQuantity, Load, LoadKind, Scene, Target};
+use crate::scene::{BasisKind, HistoryColumn, HistoryQuantity, Load, LoadKind, Scene, Target};
 
 /// A model in its initial state, with facts for header, check and history.
 pub struct Built<C: Fields<D, N>, const D: usize, const N: usize> {
@@ -131,6 +131,47 @@ fn empty_bodies(source: &Source, points_per_body: &[u64]) -> Vec<Problem> {
         .collect()
 }
 
+/// Marks of the points for the selections of a scene; equal selections share one.
+struct Marks<'a> {
+    world: &'a World,
+    source: &'a Source,
+    /// Selection of each bit, with the number of its points.
+    used: Vec<(Selection, u64)>,
+    /// Bit of the selection that each load acts on, for the loads seen so far.
+    of_load: Vec<Option<usize>>,
+}
+
+impl Marks<'_> {
+    /// Bit and number of points of a selection that stands at a path of the file.
+    fn of<C: Fields<D, N>, const D: usize, const N: usize>(
+        &mut self,
+        model: &mut Model<C, D, N>,
+        selection: &Selection,
+        path: &str,
+        problems: &mut Vec<Problem>,
+    ) -> (usize, u64) {
+        if let Some(bit) = self.used.iter().position(|(known, _)| known == selection) {
+            return (bit, self.used[bit].1);
+        }
+        let bit = self.used.len();
+        if bit == MAX_SELECTIONS {
+            let expected = format!("at most {MAX_SELECTIONS} that differ");
+            problems.push(self.source.problem(path, "too many selections", expected));
+            return (0, 1);
+        }
+        let edge = model.initial_nodes().smallest_edge();
+        let count = model
+            .points
+            .mark(self.world, selection, bit, |load| self.of_load[load], edge);
+        if count == 0 {
+            let message = "the selection holds no material point";
+            problems.push(self.source.problem(path, message, "a selection with at least one"));
+        }
+        self.used.push((selection.clone(), count.max(1)));
+        (bit, count.max(1))
+    }
+}
+
 /// Turns selections into marks of the points: those of loads and of history columns.
 fn select<C: Fields<D, N>, const D: usize, const N: usize>(
     world: &World,
@@ -139,58 +180,44 @@ fn select<C: Fields<D, N>, const D: usize, const N: usize>(
     model: &mut Model<C, D, N>,
     problems: &mut Vec<Problem>,
 ) -> Vec<Column> {
-    let edge = model.initial_nodes().smallest_edge();
-    let mut used = 0;
-    let mut bits: Vec<Option<usize>> = Vec::new();
-    let mut mark = |model: &mut Model<C, D, N>, bits: &[Option<usize>], selection: &Selection, path: String| {
-        if used == MAX_SELECTIONS {
-            problems.push(source.problem(&path, "too many selections", format!("at most {MAX_SELECTIONS}")));
-            return (0, 1);
-        }
-        used += 1;
-        let count = model.points.mark(world, selection, used - 1, |load| bits[load], edge);
-        if count == 0 {
-            problems.push(source.problem(
-                &path,
-                "the selection holds no material point",
-                "a selection with at least one",
-            ));
-        }
-        (used - 1, count.max(1))
+    let mut marks = Marks {
+        world,
+        source,
+        used: Vec::new(),
+        of_load: Vec::new(),
     };
     for (index, load) in scene.loads.iter().enumerate() {
         let (bit, count) = match target_of(load) {
             Some(Target::Points(selection)) => {
-                let (bit, count) = mark(model, &bits, selection, format!("loads[{index}].at"));
+                let (bit, count) = marks.of(model, selection, &format!("loads[{index}].at"), problems);
                 (Some(bit), count)
             }
             Some(Target::Face(_)) | None => (None, 1),
         };
-        bits.push(bit);
+        marks.of_load.push(bit);
         let shares = face_shares(model, target_of(load));
-        model
-            .loads
-            .push(dead_load(load, bit, count, shares, &C::IS_TRANSLATION, D));
+        let load = dead_load(load, bit, count, shares, &C::IS_TRANSLATION, D);
+        model.loads.push(load);
     }
-    let mut columns = Vec::new();
-    for (index, column) in scene.output.history.iter().enumerate() {
-        let bit = match &column.quantity {
+    let column_of = |(index, entry): (usize, &HistoryColumn)| {
+        let path = format!("output.history[{index}].at");
+        let bit = match &entry.quantity {
             HistoryQuantity::Points {
                 at: Some(selection), ..
-            } => Some(mark(model, &bits, selection, format!("output.history[{index}].at")).0),
+            } => Some(marks.of(model, selection, &path, problems).0),
             _ => None,
         };
-        let face = match &column.quantity {
+        let face = match &entry.quantity {
             HistoryQuantity::FaceMean { face, .. } => face_shares(model, Some(&Target::Face(*face))),
             _ => None,
         };
-        columns.push(Column {
-            entry: column.clone(),
+        Column {
+            entry: entry.clone(),
             bit,
             face: face.unwrap_or_default(),
-        });
-    }
-    columns
+        }
+    };
+    scene.output.history.iter().enumerate().map(column_of).collect()
 }
 
 fn target_of(load: &Load) -> Option<&Target> {

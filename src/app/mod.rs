@@ -94,7 +94,7 @@ fn perform<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
     match task {
         Task::Check if world.is_root() => print!("{}", built.describe(scene)),
         Task::Check => {}
-        Task::Run { quiet } => run(world, scene, built, quiet, clock)?,
+        Task::Run { quiet } => run(world, scene, source, built, quiet, clock)?,
     }
     Ok(())
 }
@@ -102,12 +102,18 @@ fn perform<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
 fn run<C: Fields<D, N>, const D: usize, const N: usize>(
     world: &World,
     scene: &Scene,
+    source: &Source,
     built: Built<C, D, N>,
     quiet: bool,
     clock: &Rc<Clock>,
 ) -> Result<(), Error> {
     let session = Session::start(world, &scene.solver.petsc_options)?;
-    let partitioner = partitioner(scene.solver.partitioner).resolve(&session)?;
+    let partitioner = partitioner(scene.solver.partitioner)
+        .resolve(&session)
+        .map_err(|error| {
+            let expected = "auto, or one that this PETSc has";
+            Error::Configuration(vec![source.problem("solver.partitioner", error.to_string(), expected)])
+        })?;
     let mut progress = Progress::on_stdout(Mode::choose(world.is_root(), quiet));
     facts::print_header(&mut progress, world, scene, &built, &session);
     let points = built.points;

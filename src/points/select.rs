@@ -7,7 +7,7 @@ use crate::parallel::World;
 use nalgebra::{SVector, Vector3};
 
 /// A set of material points, found in the initial state.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Selection {
     /// Points of a body that lie farthest in a direction, within round-off.
     Layer {

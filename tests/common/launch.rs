@@ -29,6 +29,7 @@ pub struct Launch {
     ranks: usize,
     arguments: Vec<String>,
     petsc: Vec<String>,
+    environment: Vec<(String, String)>,
     directory: Option<String>,
     folder: Folder,
 }
@@ -40,6 +41,7 @@ impl Launch {
             ranks: 1,
             arguments: arguments.iter().map(ToString::to_string).collect(),
             petsc: Vec::new(),
+            environment: Vec::new(),
             directory: None,
             folder: Folder::new(),
         }
@@ -86,6 +88,12 @@ impl Launch {
     /// Options after `--`.
     pub fn petsc(mut self, options: &str) -> Self {
         self.petsc.extend(options.split_whitespace().map(str::to_owned));
+        self
+    }
+
+    /// Sets a variable of the environment of the run.
+    pub fn environment(mut self, name: &str, value: &str) -> Self {
+        self.environment.push((name.to_owned(), value.to_owned()));
         self
     }
 
@@ -159,6 +167,7 @@ impl Launch {
         ]);
         command
             .env_remove("PETSC_OPTIONS")
+            .envs(self.environment.iter().map(|(name, value)| (name, value)))
             .current_dir(self.folder.path())
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
@@ -358,7 +367,7 @@ impl Run {
 fn printed(stdout: &str, stderr: &str) -> String {
     let tail = |text: &str| {
         let lines: Vec<&str> = text.lines().collect();
-        lines[lines.len().saturating_sub(40)..].join("\n")
+        lines[lines.len().saturating_sub(20)..].join("\n")
     };
     format!(
         "--- standard output\n{}\n--- standard error\n{}",

@@ -61,11 +61,11 @@ pub fn sliding_block() -> Launch {
     Launch::text(
         "
 model: {kinematics: plane_strain}
-grid: {min: [0.0, 0.0], max: [0.12, 0.05], cell_size: 0.01, basis: gimp}
+grid: {min: [0.0, 0.0], max: [0.15, 0.03], cell_size: 0.01, basis: gimp}
 materials:
   soil: {law: elastic, lame_lambda: 8.0e5, shear_modulus: 6.0e5, coupling_modulus: 1.0e5, bending_length: 3.0e-3, bounded_stiffness: true}
 bodies:
-  - {name: block, material: soil, shape: {box: {min: [0.01, 0.0], max: [0.05, 0.04]}}, points_per_cell: 2}
+  - {name: block, material: soil, shape: {box: {min: [0.01, 0.0], max: [0.07, 0.02]}}, points_per_cell: 2}
 boundary:
   - {face: y_min, fix: [uy], move: {ux: 0.06}, name: floor}
 loads:

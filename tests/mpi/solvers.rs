@@ -23,7 +23,7 @@ fn a_partitioner_that_petsc_does_not_have_is_refused_with_those_it_has() {
         .set(&["solver.partitioner=parmetis"])
         .ranks(2)
         .run()
-        .expect_code(1);
+        .expect_code(2);
     let complaints = run.complaints("parmetis");
     assert_eq!(complaints.len(), 1, "{}", run.stderr);
     assert!(

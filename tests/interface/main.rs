@@ -1,0 +1,13 @@
+//! The program as its user meets it: command line, exit codes, bad input, result folder, history columns, shapes.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod bad_input;
+mod columns;
+mod commands;
+mod halving;
+mod repetition;
+mod scenes;
+mod shapes;
+mod stopping;
