@@ -12,8 +12,9 @@
 //! 8. [`petsc`]: matrix, vectors, Newton's method and partitioning, made safe; the only module with `unsafe` code.
 //! 9. [`solve`]: a load step, attempted, accepted or cut.
 //! 10. [`output`]: the files and lines that a run leaves behind.
-//! 11. [`scene`] and [`config`]: a valid scene, and how the text of a user becomes one.
-//! 12. [`app`]: from a scene to results; the one match that picks continuum and dimension.
+//! 11. [`verification`]: problems with a known solution, and how far a run is from it.
+//! 12. [`scene`] and [`config`]: a valid scene, and how the text of a user becomes one.
+//! 13. [`app`]: from a scene to results; the one match that picks continuum and dimension.
 //!
 //! Small ones that any may use: [`problem`] (what is wrong in a file, and where), [`error`] (why a run ends, exit codes),
 //! [`clock`] (where the time goes), [`version`].
@@ -41,6 +42,7 @@ pub mod points;
 pub mod problem;
 pub mod scene;
 pub mod solve;
+pub mod verification;
 pub mod version;
 
 /// The example of the page is a test.

@@ -2,6 +2,8 @@
 //!
 //! Vectors are three-dimensional; in plane strain the third component is zero and the third extent of the grid is one.
 
+pub use crate::continuum::ContinuumKind;
+
 use crate::condition::dirichlet::{Boundary, Component, GridPlane};
 use crate::grid::ghost::GhostSettings;
 use crate::grid::mesh::MeshFace;
@@ -9,6 +11,7 @@ use crate::material::spec::MaterialSpec;
 use crate::points::seed::{Body, Region};
 use crate::points::select::Selection;
 use crate::solve::settings::{SolverSettings, Stage};
+use crate::verification::Manufactured;
 
 /// Everything that a run needs to know, checked.
 ///
@@ -29,6 +32,8 @@ pub struct Scene {
     pub stages: Vec<Stage>,
     pub solver: SolverSettings,
     pub ghost: Option<GhostSettings>,
+    /// Solution that the run is loaded for and measured against, over the first stage.
+    pub manufactured: Option<Manufactured>,
     pub output: OutputSettings,
 }
 
@@ -45,19 +50,6 @@ impl Kinematics {
             Kinematics::ThreeDimensional => 3,
         }
     }
-
-    /// Names of the unknowns of a node in their order: a [`Component`] is an index into them.
-    pub fn unknowns(self) -> &'static [&'static str] {
-        match self {
-            Kinematics::PlaneStrain => &["ux", "uy", "rz"],
-            Kinematics::ThreeDimensional => &["ux", "uy", "uz", "rx", "ry", "rz"],
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ContinuumKind {
-    Micropolar,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

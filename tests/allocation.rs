@@ -10,10 +10,12 @@ mod block;
 mod cases;
 
 use block::{ELASTIC, PLASTIC, field, model};
+use mpm_petsc::app::Laws;
 use mpm_petsc::assembly::Sink;
 use mpm_petsc::assembly::kernel::Workspace;
 use mpm_petsc::clock::Clock;
 use mpm_petsc::continuum::Fields;
+use mpm_petsc::continuum::classical::Classical;
 use mpm_petsc::continuum::micropolar::Micropolar;
 use mpm_petsc::grid::basis::Gimp;
 use mpm_petsc::material::spec::MaterialSpec;
@@ -60,13 +62,14 @@ impl Sink for Total {
 }
 
 /// Evaluates residual and tangent at increments of this size, the first time to grow the workspace.
-fn kernel_allocates_nothing<const D: usize, const N: usize>(world: &World, spec: MaterialSpec, size: f64)
-where
-    Micropolar: Fields<D, N>,
-{
-    let mut model = model::<D, N>(world, Box::new(Gimp), spec);
+fn kernel_allocates_nothing<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
+    world: &World,
+    spec: MaterialSpec,
+    size: f64,
+) {
+    let mut model = model::<C, D, N>(world, Box::new(Gimp), spec);
     let system = model.search(world).expect("all points lie on the grid");
-    let mut workspace = Workspace::<Micropolar, D, N>::new(Rc::new(Clock::start()));
+    let mut workspace = Workspace::<C, D, N>::new(Rc::new(Clock::start()));
     let states = [3, 11, 12].map(|seed| field(&model, &system.active.nodes, size, seed));
     let mut forces = vec![0.0; states[0].len()];
     let mut total = Total(0.0);
@@ -109,16 +112,22 @@ fn main() {
     let plastic = MaterialSpec::Elastoplastic(ELASTIC, PLASTIC);
     cases::run(&[
         ("plane_elastic", &|| {
-            kernel_allocates_nothing::<2, 3>(&world, elastic, 0.3)
+            kernel_allocates_nothing::<Micropolar, 2, 3>(&world, elastic, 0.3)
         }),
         ("plane_plastic", &|| {
-            kernel_allocates_nothing::<2, 3>(&world, plastic, 0.05)
+            kernel_allocates_nothing::<Micropolar, 2, 3>(&world, plastic, 0.05)
         }),
         ("space_elastic", &|| {
-            kernel_allocates_nothing::<3, 6>(&world, elastic, 0.2)
+            kernel_allocates_nothing::<Micropolar, 3, 6>(&world, elastic, 0.2)
         }),
         ("space_plastic", &|| {
-            kernel_allocates_nothing::<3, 6>(&world, plastic, 0.05)
+            kernel_allocates_nothing::<Micropolar, 3, 6>(&world, plastic, 0.05)
+        }),
+        ("classical_plane_plastic", &|| {
+            kernel_allocates_nothing::<Classical, 2, 2>(&world, plastic, 0.05)
+        }),
+        ("classical_space_plastic", &|| {
+            kernel_allocates_nothing::<Classical, 3, 3>(&world, plastic, 0.05)
         }),
     ]);
 }

@@ -4,11 +4,11 @@ use mpm_petsc::condition::dirichlet::GridPlane;
 use mpm_petsc::config::{self, Input};
 use mpm_petsc::grid::mesh::MeshFace;
 use mpm_petsc::grid::region::Shape;
-use mpm_petsc::material::spec::MaterialSpec;
+use mpm_petsc::material::spec::{ElasticModuli, MaterialSpec};
 use mpm_petsc::points::seed::PointSource;
 use mpm_petsc::points::select::Selection;
 use mpm_petsc::problem::Problem;
-use mpm_petsc::scene::{BasisKind, HistoryQuantity, LoadKind, PointField, Scene, Target};
+use mpm_petsc::scene::{BasisKind, ContinuumKind, HistoryQuantity, LoadKind, PointField, Scene, Target};
 
 const SHEAR_LAYER: &str = include_str!("good_input/shear_layer.yaml");
 const MESH: &str = include_str!("good_input/mesh.yaml");
@@ -141,8 +141,24 @@ fn a_mesh_takes_the_place_of_the_grid() {
 }
 
 #[test]
+fn a_classical_scene_has_two_moduli_and_three_unknowns_in_space() {
+    let scene = good("classical");
+    assert_eq!(scene.continuum, ContinuumKind::Classical);
+    assert_eq!(scene.continuum.unknowns(3), ["ux", "uy", "uz"]);
+    let MaterialSpec::Elastoplastic(elastic, plastic) = scene.materials[0].spec else {
+        panic!()
+    };
+    assert_eq!(elastic, ElasticModuli::without_rotations(7e6, 3e6));
+    assert_eq!((plastic.plastic_length, plastic.hardening_modulus), (0.0, -1e3));
+    assert_eq!(
+        scene.ghost.map(|ghost| (ghost.translation, ghost.rotation)),
+        Some((1e6, 0.0))
+    );
+}
+
+#[test]
 fn running_the_resolved_configuration_repeats_the_scene() {
-    for name in ["shear_layer", "biaxial", "three_dimensional", "mesh"] {
+    for name in ["shear_layer", "biaxial", "three_dimensional", "classical", "mesh"] {
         let scene = good(name);
         let folder = std::env::temp_dir().join(format!("mpm-petsc-resolved-{name}-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();

@@ -1,6 +1,6 @@
 //! The kernel as a whole: the tangent is the derivative of the residual, for points on a grid with random increments.
 //!
-//! Goal: for both dimensions, both bases, elastic and plastic points, with the ghost penalty, the remainder
+//! Goal: for every continuum, both dimensions, both bases, elastic and plastic points, with the ghost penalty, the remainder
 //! `r(u + h d) - r(u) - h K d` falls as `h^2`; a rigid motion of virgin points makes no forces; and residual and
 //! tangent leave the accepted state of the points untouched.
 
@@ -10,11 +10,13 @@ mod block;
 mod cases;
 
 use block::{ELASTIC, PLASTIC, field, model};
+use mpm_petsc::app::Laws;
 use mpm_petsc::assembly::Sink;
 use mpm_petsc::assembly::kernel::Workspace;
 use mpm_petsc::assembly::model::{Model, StepSystem};
 use mpm_petsc::clock::Clock;
 use mpm_petsc::continuum::Fields;
+use mpm_petsc::continuum::classical::Classical;
 use mpm_petsc::continuum::micropolar::Micropolar;
 use mpm_petsc::grid::basis::{Basis, Gimp, Linear};
 use mpm_petsc::material::spec::MaterialSpec;
@@ -41,25 +43,19 @@ impl Sink for Dense {
 }
 
 /// Everything that the points carry, bit by bit.
-fn record<const D: usize, const N: usize>(model: &Model<Micropolar, D, N>) -> Vec<u64>
-where
-    Micropolar: Fields<D, N>,
-{
+fn record<C: Fields<D, N> + Laws, const D: usize, const N: usize>(model: &Model<C, D, N>) -> Vec<u64> {
     let mut record = Vec::new();
     (0..model.points.len()).for_each(|p| model.points.pack(p, &mut record));
     record.into_iter().map(f64::to_bits).collect()
 }
 
 /// Forces of points and penalty.
-fn forces<const D: usize, const N: usize>(
-    workspace: &mut Workspace<Micropolar, D, N>,
-    model: &mut Model<Micropolar, D, N>,
+fn forces<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
+    workspace: &mut Workspace<C, D, N>,
+    model: &mut Model<C, D, N>,
     system: &StepSystem<D>,
     u: &[f64],
-) -> Vec<f64>
-where
-    Micropolar: Fields<D, N>,
-{
+) -> Vec<f64> {
     let mut forces = vec![0.0; u.len()];
     let Model {
         laws, points, ghost, ..
@@ -74,12 +70,14 @@ where
     forces
 }
 
-fn taylor<const D: usize, const N: usize>(world: &World, basis: Box<dyn Basis>, spec: MaterialSpec, size: f64)
-where
-    Micropolar: Fields<D, N>,
-{
-    let mut model = model::<D, N>(world, basis, spec);
-    let mut workspace = Workspace::<Micropolar, D, N>::new(Rc::new(Clock::start()));
+fn taylor<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
+    world: &World,
+    basis: Box<dyn Basis>,
+    spec: MaterialSpec,
+    size: f64,
+) {
+    let mut model = model::<C, D, N>(world, basis, spec);
+    let mut workspace = Workspace::<C, D, N>::new(Rc::new(Clock::start()));
     // One accepted step first, so that the state is not virgin and domains have grown.
     let system = model.search(world).unwrap();
     assert!(!system.faces.faces.is_empty());
@@ -113,7 +111,7 @@ where
         .map(|row| row.iter().zip(&direction).map(|(k, d)| k * d).sum())
         .collect();
     let scale = product.iter().map(|value| value * value).sum::<f64>().sqrt();
-    let remainder = |h: f64, model: &mut Model<Micropolar, D, N>, workspace: &mut Workspace<Micropolar, D, N>| {
+    let remainder = |h: f64, model: &mut Model<C, D, N>, workspace: &mut Workspace<C, D, N>| {
         let moved: Vec<f64> = u.iter().zip(&direction).map(|(u, d)| u + h * d).collect();
         let end = forces(workspace, model, &system, &moved);
         let squares = (0..width)
@@ -135,8 +133,8 @@ where
 }
 
 /// A rigid rotation and translation of virgin points makes no forces but those of the penalty, which is switched off.
-fn rigid_motion(world: &World) {
-    let mut model = model::<3, 6>(world, Box::new(Gimp), MaterialSpec::Elastic(ELASTIC));
+fn rigid_motion<C: Fields<3, N> + Laws, const N: usize>(world: &World) {
+    let mut model = model::<C, 3, N>(world, Box::new(Gimp), MaterialSpec::Elastic(ELASTIC));
     let system = model.search(world).unwrap();
     let vector = nalgebra::Vector3::new(0.4, -0.7, 0.5);
     let rotation = nalgebra::Rotation3::new(vector);
@@ -147,11 +145,12 @@ fn rigid_motion(world: &World) {
         .flat_map(|&key| {
             let x = nalgebra::Vector3::from(model.grid.node_position(&model.grid.node(key)));
             let moved = rotation * x - x + nalgebra::Vector3::new(0.01, 0.0, -0.02);
-            [moved.x, moved.y, moved.z, vector.x, vector.y, vector.z]
+            // Translations, and where there are any the rotations behind them.
+            moved.iter().chain(&vector).take(N).copied().collect::<Vec<_>>()
         })
         .collect();
     model.ghost = None;
-    let mut workspace = Workspace::<Micropolar, 3, 6>::new(Rc::new(Clock::start()));
+    let mut workspace = Workspace::<C, 3, N>::new(Rc::new(Clock::start()));
     let mut forces = vec![0.0; u.len()];
     let Model { laws, points, .. } = &mut model;
     workspace
@@ -168,23 +167,40 @@ fn main() {
     let plastic = MaterialSpec::Elastoplastic(ELASTIC, PLASTIC);
     cases::run(&[
         ("plane_linear_elastic", &|| {
-            taylor::<2, 3>(&world, Box::new(Linear), elastic, 0.3)
+            taylor::<Micropolar, 2, 3>(&world, Box::new(Linear), elastic, 0.3)
         }),
         ("plane_gimp_elastic", &|| {
-            taylor::<2, 3>(&world, Box::new(Gimp), elastic, 0.3)
+            taylor::<Micropolar, 2, 3>(&world, Box::new(Gimp), elastic, 0.3)
         }),
         ("plane_gimp_plastic", &|| {
-            taylor::<2, 3>(&world, Box::new(Gimp), plastic, 0.05)
+            taylor::<Micropolar, 2, 3>(&world, Box::new(Gimp), plastic, 0.05)
         }),
         ("space_linear_elastic", &|| {
-            taylor::<3, 6>(&world, Box::new(Linear), elastic, 0.3)
+            taylor::<Micropolar, 3, 6>(&world, Box::new(Linear), elastic, 0.3)
         }),
         ("space_gimp_elastic", &|| {
-            taylor::<3, 6>(&world, Box::new(Gimp), elastic, 0.2)
+            taylor::<Micropolar, 3, 6>(&world, Box::new(Gimp), elastic, 0.2)
         }),
         ("space_gimp_plastic", &|| {
-            taylor::<3, 6>(&world, Box::new(Gimp), plastic, 0.05)
+            taylor::<Micropolar, 3, 6>(&world, Box::new(Gimp), plastic, 0.05)
         }),
-        ("rigid_motion_makes_no_forces", &|| rigid_motion(&world)),
+        ("classical_plane_linear_elastic", &|| {
+            taylor::<Classical, 2, 2>(&world, Box::new(Linear), elastic, 0.3)
+        }),
+        ("classical_plane_gimp_plastic", &|| {
+            taylor::<Classical, 2, 2>(&world, Box::new(Gimp), plastic, 0.05)
+        }),
+        ("classical_space_linear_elastic", &|| {
+            taylor::<Classical, 3, 3>(&world, Box::new(Linear), elastic, 0.2)
+        }),
+        ("classical_space_gimp_plastic", &|| {
+            taylor::<Classical, 3, 3>(&world, Box::new(Gimp), plastic, 0.05)
+        }),
+        ("rigid_motion_makes_no_forces", &|| {
+            rigid_motion::<Micropolar, 6>(&world)
+        }),
+        ("classical_rigid_motion_makes_no_forces", &|| {
+            rigid_motion::<Classical, 3>(&world)
+        }),
     ]);
 }

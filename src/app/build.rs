@@ -4,13 +4,14 @@ use super::Laws;
 use super::columns::Column;
 use crate::assembly::model::{Model, StepSystem};
 use crate::assembly::penalty::GhostPenalty;
-use crate::condition::load::{Amount, DeadLoad};
+use crate::condition::load::{Amount, DeadLoad, FaceLoad, LoadField};
 use crate::config::Source;
 use crate::continuum::Fields;
 use crate::continuum::total_length;
 use crate::error::Error;
 use crate::grid::Grid;
 use crate::grid::basis::{Basis, Gimp, Linear};
+use crate::grid::mesh::MeshFace;
 use crate::material::Components;
 use crate::parallel::World;
 use crate::points::elements::Elements;
@@ -20,6 +21,8 @@ use crate::points::select::MAX_SELECTIONS;
 use crate::points::select::Selection;
 use crate::problem::Problem;
 use crate::scene::{BasisKind, HistoryColumn, HistoryQuantity, Load, LoadKind, Scene, Target};
+use crate::verification::Solution;
+use nalgebra::Vector3;
 
 /// A model in its initial state, with facts for header, check and history.
 pub struct Built<C: Fields<D, N>, const D: usize, const N: usize> {
@@ -80,10 +83,17 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         elements: elements(scene),
         boundaries: scene.boundaries.clone(),
         loads: Vec::new(),
+        face_loads: Vec::new(),
         ghost,
     };
     let mut problems = empty_bodies(source, &points_per_body);
     let columns = select(world, scene, source, &mut model, &mut problems);
+    if let Some(manufactured) = &scene.manufactured {
+        let solution = Solution::new(manufactured, D);
+        model
+            .loads
+            .push(manufactured_load(solution, C::IS_TRANSLATION.to_vec()));
+    }
     let system = match locate(world, source, &mut model) {
         Ok(system) => Some(system),
         Err(problem) => {
@@ -187,17 +197,18 @@ fn select<C: Fields<D, N>, const D: usize, const N: usize>(
         of_load: Vec::new(),
     };
     for (index, load) in scene.loads.iter().enumerate() {
-        let (bit, count) = match target_of(load) {
-            Some(Target::Points(selection)) => {
+        let (bit, count) = match selection_of(load) {
+            Some(selection) => {
                 let (bit, count) = marks.of(model, selection, &format!("loads[{index}].at"), problems);
                 (Some(bit), count)
             }
-            Some(Target::Face(_)) | None => (None, 1),
+            None => (None, 1),
         };
         marks.of_load.push(bit);
-        let shares = face_shares(model, target_of(load));
-        let load = dead_load(load, bit, count, shares, &C::IS_TRANSLATION, D);
-        model.loads.push(load);
+        match face_load(model, load) {
+            Some(load) => model.face_loads.push(load),
+            None => model.loads.push(dead_load(load, bit, count, &C::IS_TRANSLATION, D)),
+        }
     }
     let column_of = |(index, entry): (usize, &HistoryColumn)| {
         let path = format!("output.history[{index}].at");
@@ -208,7 +219,7 @@ fn select<C: Fields<D, N>, const D: usize, const N: usize>(
             _ => None,
         };
         let face = match &entry.quantity {
-            HistoryQuantity::FaceMean { face, .. } => face_shares(model, Some(&Target::Face(*face))),
+            HistoryQuantity::FaceMean { face, .. } => face_shares(model, *face),
             _ => None,
         };
         Column {
@@ -220,52 +231,78 @@ fn select<C: Fields<D, N>, const D: usize, const N: usize>(
     scene.output.history.iter().enumerate().map(column_of).collect()
 }
 
-fn target_of(load: &Load) -> Option<&Target> {
+fn selection_of(load: &Load) -> Option<&Selection> {
     match &load.kind {
-        LoadKind::SpecificWeight(_) => None,
-        LoadKind::Force { at, .. } | LoadKind::Couple { at, .. } => Some(at),
-    }
-}
-
-/// Shares of the nodes of a face, where the target is one.
-fn face_shares<C: Fields<D, N>, const D: usize, const N: usize>(
-    model: &Model<C, D, N>,
-    target: Option<&Target>,
-) -> Option<Vec<(u64, f64)>> {
-    match (&model.elements, target) {
-        (Some(elements), Some(Target::Face(face))) => Some(elements.mesh.face_shares(*face)),
+        LoadKind::Force {
+            at: Target::Points(selection),
+            ..
+        }
+        | LoadKind::Couple {
+            at: Target::Points(selection),
+            ..
+        } => Some(selection),
         _ => None,
     }
 }
 
-/// What a load gives to each of `count` points, or to nodes by their shares.
-fn dead_load(
-    load: &Load,
-    bit: Option<usize>,
-    count: u64,
-    shares: Option<Vec<(u64, f64)>>,
-    is_translation: &[bool],
-    dimension: usize,
-) -> DeadLoad {
-    let spread = |vector: &[f64; 3], translations| by_unknown(vector, translations, is_translation, dimension);
-    let concentrated = |total: &[f64; 3], translations| match shares {
-        Some(shares) => Amount::OnNodes {
-            total: spread(total, translations),
-            shares,
-        },
-        None => Amount::PerPoint(spread(&total.map(|total| total / count as f64), translations)),
+/// Nodes of a face of the mesh with their shares.
+fn face_shares<C: Fields<D, N>, const D: usize, const N: usize>(
+    model: &Model<C, D, N>,
+    face: MeshFace,
+) -> Option<Vec<(u64, f64)>> {
+    model.elements.as_ref().map(|elements| elements.mesh.face_shares(face))
+}
+
+/// A load on a face of the mesh, where the load is one.
+fn face_load<C: Fields<D, N>, const D: usize, const N: usize>(model: &Model<C, D, N>, load: &Load) -> Option<FaceLoad> {
+    let (total, translations, at) = match &load.kind {
+        LoadKind::SpecificWeight(_) => return None,
+        LoadKind::Force { total, at } => (total, true, at),
+        LoadKind::Couple { total, at } => (total, false, at),
     };
+    let Target::Face(face) = at else { return None };
+    Some(FaceLoad {
+        stage: load.stage,
+        total: by_unknown(total, translations, &C::IS_TRANSLATION, D),
+        shares: face_shares(model, *face)?,
+    })
+}
+
+/// What a load gives to each of `count` points.
+fn dead_load(load: &Load, bit: Option<usize>, count: u64, is_translation: &[bool], dimension: usize) -> DeadLoad {
+    let spread = |vector: &[f64; 3], translations| by_unknown(vector, translations, is_translation, dimension);
+    let share = |total: &[f64; 3]| total.map(|total| total / count as f64);
     let amount = match &load.kind {
         LoadKind::SpecificWeight(weights) => {
             Amount::PerVolume(weights.iter().map(|weight| spread(weight, true)).collect())
         }
-        LoadKind::Force { total, .. } => concentrated(total, true),
-        LoadKind::Couple { total, .. } => concentrated(total, false),
+        LoadKind::Force { total, .. } => Amount::PerPoint(spread(&share(total), true)),
+        LoadKind::Couple { total, .. } => Amount::PerPoint(spread(&share(total), false)),
     };
     DeadLoad {
         stage: load.stage,
         amount,
         bit,
+    }
+}
+
+/// The body force and couple of a manufactured solution, over the first stage.
+fn manufactured_load(solution: Solution, is_translation: Vec<bool>) -> DeadLoad {
+    let dimension = solution.dimension();
+    let field = move |position: &[f64; 3]| {
+        let load = solution.load(&Vector3::from(*position));
+        let mut amounts = by_unknown(&load.force.into(), true, &is_translation, dimension);
+        let couples = by_unknown(&load.couple.into(), false, &is_translation, dimension);
+        amounts
+            .iter_mut()
+            .zip(couples)
+            .for_each(|(amount, couple)| *amount += couple);
+        amounts
+    };
+    DeadLoad {
+        stage: 0,
+        amount: Amount::Field(LoadField::new(field)),
+        bit: None,
     }
 }
 
@@ -345,6 +382,12 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Built<C, D, N> {
         }
         for stage in &scene.stages {
             lines.push(format!("stage {}: {} steps", stage.name, stage.steps));
+        }
+        if let Some(manufactured) = &scene.manufactured {
+            let amplitude = manufactured.amplitude;
+            lines.push(format!(
+                "manufactured solution of amplitude {amplitude}: body force and couple as it needs"
+            ));
         }
         lines.extend(self.warnings.iter().map(|warning| format!("warning: {warning}")));
         lines.push("the configuration is valid; nothing was run".into());

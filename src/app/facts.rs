@@ -11,6 +11,7 @@ use crate::parallel::World;
 use crate::petsc::Session;
 use crate::scene::Scene;
 use crate::solve::step::Analysis;
+use crate::verification::{Manufactured, Solution, errors};
 use std::collections::BTreeMap;
 use std::io::Stdout;
 
@@ -92,9 +93,25 @@ pub fn summarise<C: Fields<D, N>, const D: usize, const N: usize>(
         } else {
             "none".into()
         },
+        errors: BTreeMap::new(),
         ordering: analysis.ordering()?,
         versions,
     })
+}
+
+/// Collective. Error norms of the accepted state against a manufactured solution, by their names in the summary.
+pub fn manufactured_errors<C: Fields<D, N>, const D: usize, const N: usize>(
+    world: &World,
+    manufactured: &Manufactured,
+    analysis: &Analysis<C, D, N>,
+) -> BTreeMap<&'static str, f64> {
+    let errors = errors(world, &analysis.model.points, &Solution::new(manufactured, D));
+    BTreeMap::from([
+        ("error_u", errors.displacement),
+        ("error_theta", errors.rotation),
+        ("error_sigma", errors.stress),
+        ("error_mu", errors.couple_stress),
+    ])
 }
 
 /// Time split of the root. The clock counts all of PETSc's own work as `solve`; PETSc knows how much of it was set-up.

@@ -8,10 +8,11 @@ mod snapshot;
 
 use crate::clock::Clock;
 use crate::config::{Input, Source};
+use crate::continuum::classical::Classical;
 use crate::continuum::micropolar::Micropolar;
 use crate::continuum::{Continuum, Fields};
 use crate::error::Error;
-use crate::material::{Components, Material, micropolar_law, spec::MaterialSpec};
+use crate::material::{Components, Material, classical_law, micropolar_law, spec::MaterialSpec};
 use crate::output::progress::{Mode, Progress};
 use crate::parallel::World;
 use crate::petsc::{Partitioner, Session};
@@ -35,6 +36,12 @@ pub trait Laws: Continuum {
     fn law(spec: &MaterialSpec, components: Components) -> Box<dyn Material<Self>>;
 }
 
+impl Laws for Classical {
+    fn law(spec: &MaterialSpec, components: Components) -> Box<dyn Material<Self>> {
+        classical_law(spec, components)
+    }
+}
+
 impl Laws for Micropolar {
     fn law(spec: &MaterialSpec, components: Components) -> Box<dyn Material<Self>> {
         micropolar_law(spec, components)
@@ -47,6 +54,12 @@ impl Laws for Micropolar {
 /// What is wrong with the scene once it meets the grid, and what ends an analysis early.
 pub fn execute(world: &World, scene: &Scene, source: &Source, task: Task, clock: &Rc<Clock>) -> Result<(), Error> {
     match (scene.kinematics, scene.continuum) {
+        (Kinematics::PlaneStrain, ContinuumKind::Classical) => {
+            perform::<Classical, 2, 2>(world, scene, source, task, clock)
+        }
+        (Kinematics::ThreeDimensional, ContinuumKind::Classical) => {
+            perform::<Classical, 3, 3>(world, scene, source, task, clock)
+        }
         (Kinematics::PlaneStrain, ContinuumKind::Micropolar) => {
             perform::<Micropolar, 2, 3>(world, scene, source, task, clock)
         }
@@ -132,7 +145,13 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
             "domains stuck out of the grid by up to {cells:.1e} of a cell (5e-2 is the most)"
         ));
     }
-    let summary = facts::summarise(world, &session, scene, points, &analysis, &outcome, clock)?;
+    let mut summary = facts::summarise(world, &session, scene, points, &analysis, &outcome, clock)?;
+    if let (Some(manufactured), Ok(())) = (&scene.manufactured, &outcome) {
+        summary.errors = facts::manufactured_errors(world, manufactured, &analysis);
+        for (name, value) in &summary.errors {
+            recorder.message(&format!("{name} {value:.6e}"));
+        }
+    }
     recorder.summary(&summary)?;
     outcome
 }

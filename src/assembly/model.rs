@@ -5,7 +5,7 @@ use crate::assembly::kernel::{Workspace, jet};
 use crate::assembly::penalty::GhostPenalty;
 use crate::condition::Time;
 use crate::condition::dirichlet::{Boundary, GridPlane, plane_increment};
-use crate::condition::load::DeadLoad;
+use crate::condition::load::{DeadLoad, FaceLoad};
 use crate::continuum::Fields;
 use crate::grid::basis::Basis;
 use crate::grid::ghost::GhostFaces;
@@ -32,6 +32,8 @@ pub struct Model<C: Fields<D, N>, const D: usize, const N: usize> {
     pub elements: Option<Elements<D>>,
     pub boundaries: Vec<Boundary>,
     pub loads: Vec<DeadLoad>,
+    /// Loads on faces of the mesh.
+    pub face_loads: Vec<FaceLoad>,
     pub ghost: Option<GhostPenalty>,
 }
 

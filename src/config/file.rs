@@ -43,6 +43,9 @@ pub struct ConfigFile {
     /// Remedies for cells that hold little material; none unless set.
     #[serde(default)]
     pub stabilisation: StabilisationKeys,
+    /// Problems with a known solution; none unless set.
+    #[serde(default)]
+    pub verification: VerificationKeys,
     /// What the run writes, and where.
     #[serde(default)]
     pub output: OutputKeys,
@@ -72,6 +75,8 @@ pub enum KinematicsName {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ContinuumName {
+    /// Displacement only.
+    Classical,
     /// Displacement and independent rotation.
     #[default]
     Micropolar,
@@ -453,8 +458,8 @@ pub struct StabilisationKeys {
 pub struct GhostKeys {
     /// Factor for translations, gamma_g1 [Pa], >= 0.
     pub translation: f64,
-    /// Factor for rotations, gamma_g2 [N], >= 0.
-    pub rotation: f64,
+    /// Factor for rotations, gamma_g2 [N], >= 0: given where there are rotations.
+    pub rotation: Option<f64>,
     /// Power of the cell size.
     #[serde(default)]
     pub scaling: GhostScalingName,
@@ -468,6 +473,30 @@ pub enum GhostScalingName {
     Paper,
     /// h / 3, which has the units of a stiffness.
     Stiffness,
+}
+
+/// Problems with a known solution.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct VerificationKeys {
+    /// Loads the body for the sine-product solution of O'Hare (2025), section 3.5.1, and writes how far the run is from it
+    /// (`error_u`, `error_theta`, `error_sigma`, `error_mu`) into `summary.json`. For one elastic body that fills the unit
+    /// cube (square in plane strain) of the grid, all components fixed on all faces, without other loads.
+    pub manufactured: Option<ManufacturedKeys>,
+}
+
+/// The sine-product solution: every component of displacement and rotation vector is
+/// `amplitude sin(2 pi x) sin(2 pi y) sin(2 pi z)` of the reference position.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ManufacturedKeys {
+    /// Amplitude [m, rad], > 0: a number or a simple fraction.
+    #[serde(default = "default_amplitude")]
+    pub amplitude: String,
+}
+
+fn default_amplitude() -> String {
+    "1/30".to_owned()
 }
 
 /// What the run writes, and where.

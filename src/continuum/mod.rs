@@ -3,9 +3,13 @@
 //! Physics is three-dimensional throughout. The discretisation knows only *values and gradients of `N` unknowns in
 //! `D` dimensions*: increments of the step, with gradients on the coordinates at its start (docs/theory.md, section 1).
 
+pub mod classical;
+mod kind;
 pub mod micropolar;
 pub mod rotation;
 pub mod tensor;
+
+pub use kind::ContinuumKind;
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 

@@ -21,6 +21,27 @@ pub fn unpack_tensor(values: &[f64]) -> Matrix3<f64> {
     Matrix3::from_row_slice(&values[..9])
 }
 
+/// Components of a symmetric tensor wherever it is a row of six numbers.
+pub const SYMMETRIC_PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+
+/// Place of component `ij` among [`SYMMETRIC_PAIRS`].
+pub const fn symmetric_component(i: usize, j: usize) -> usize {
+    const PLACES: [[usize; 3]; 3] = [[0, 3, 4], [3, 1, 5], [4, 5, 2]];
+    PLACES[i][j]
+}
+
+/// Writes a symmetric tensor to the first six of `out`.
+pub fn pack_symmetric(tensor: &Matrix3<f64>, out: &mut [f64]) {
+    for (value, pair) in out.iter_mut().zip(SYMMETRIC_PAIRS) {
+        *value = tensor[pair];
+    }
+}
+
+/// Reads what [`pack_symmetric`] wrote.
+pub fn unpack_symmetric(values: &[f64]) -> Matrix3<f64> {
+    Matrix3::from_fn(|i, j| values[symmetric_component(i, j)])
+}
+
 /// `c_i = eps_ijk T_jk`: minus twice the axial vector of the skew part.
 pub fn permutation_product(tensor: &Matrix3<f64>) -> Vector3<f64> {
     Vector3::new(
@@ -247,5 +268,17 @@ mod tests {
         pack_tensor(&tensor, &mut packed);
         assert_eq!(packed[component(1, 2)], 6.0);
         assert_eq!(unpack_tensor(&packed), tensor);
+    }
+
+    #[test]
+    fn symmetric_tensors_survive_packing() {
+        let tensor = Matrix3::new(1.0, 2.0, 3.0, 2.0, 4.0, 5.0, 3.0, 5.0, 6.0);
+        let mut packed = [0.0; 6];
+        pack_symmetric(&tensor, &mut packed);
+        assert_eq!(packed, [1.0, 4.0, 6.0, 2.0, 3.0, 5.0]);
+        assert_eq!(unpack_symmetric(&packed), tensor);
+        for (place, (i, j)) in SYMMETRIC_PAIRS.into_iter().enumerate() {
+            assert_eq!((symmetric_component(i, j), symmetric_component(j, i)), (place, place));
+        }
     }
 }

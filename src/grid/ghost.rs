@@ -15,7 +15,7 @@ use crate::parallel::{Directory, World};
 pub struct GhostSettings {
     /// gamma_g1 [Pa].
     pub translation: f64,
-    /// gamma_g2 [N].
+    /// gamma_g2 [N]; no part where there are no rotations.
     pub rotation: f64,
     pub scaling: GhostScaling,
 }

@@ -6,18 +6,21 @@ pub(crate) mod check;
 mod dense;
 pub mod drucker_prager;
 pub mod elastic;
+pub mod hencky;
 pub mod spec;
 
+use crate::continuum::classical::Classical;
 use crate::continuum::micropolar::Micropolar;
 use crate::continuum::{Continuum, Variable};
 use drucker_prager::DruckerPrager;
 use elastic::Elastic;
+use hencky::{Hencky, HenckyPlasticity};
 use spec::MaterialSpec;
 
 /// Which components of strain and stress a scene can excite; a law solves for those alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Components {
-    /// Plane strain: `U11 U12 U21 U22 U33` and the wryness of rotations about axis 3.
+    /// Plane strain: in a micropolar body `U11 U12 U21 U22 U33` and the wryness of rotations about axis 3.
     Plane,
     /// All.
     Space,
@@ -48,6 +51,14 @@ pub trait Material<C: Continuum>: Send + Sync {
     /// Consistent moduli at a strain whose response `new`, `stress` is known: no second return map.
     /// Overwrites the components that are active.
     fn moduli(&self, strain: &C::Strain, old: &[f64], new: &[f64], stress: &C::Stress, out: &mut C::Moduli);
+}
+
+/// The classical law with these parameters, for a scene that can excite these components.
+pub fn classical_law(spec: &MaterialSpec, components: Components) -> Box<dyn Material<Classical>> {
+    match spec {
+        MaterialSpec::Elastic(moduli) => Box::new(Hencky::new(moduli, components)),
+        MaterialSpec::Elastoplastic(moduli, plastic) => Box::new(HenckyPlasticity::new(moduli, plastic, components)),
+    }
 }
 
 /// The micropolar law with these parameters, for a scene that can excite these components.

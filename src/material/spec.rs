@@ -1,8 +1,9 @@
 //! Parameters of the laws: the keys that a user sets, and the resolved numbers that a law is built from.
 
+use crate::continuum::ContinuumKind;
 use serde::{Deserialize, Serialize};
 
-/// Moduli of the elastic micropolar law in the thesis' names (docs/theory.md).
+/// Elastic moduli in the thesis' names (docs/theory.md). Without rotations all but the first two are zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ElasticModuli {
     /// Lame's first parameter [Pa].
@@ -19,6 +20,20 @@ pub struct ElasticModuli {
     pub gamma: f64,
 }
 
+impl ElasticModuli {
+    /// Moduli of a classical continuum.
+    pub fn without_rotations(lambda: f64, mu: f64) -> Self {
+        Self {
+            lambda,
+            mu,
+            kappa: 0.0,
+            alpha: 0.0,
+            beta: 0.0,
+            gamma: 0.0,
+        }
+    }
+}
+
 /// Drucker-Prager cone with non-associated flow; von Mises is the case of two zero slopes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlasticParameters {
@@ -30,7 +45,7 @@ pub struct PlasticParameters {
     pub yield_strength: f64,
     /// H [Pa].
     pub hardening_modulus: f64,
-    /// l_p [m].
+    /// l_p [m]; zero without rotations.
     pub plastic_length: f64,
     /// Tolerance of the local iteration [-].
     pub tolerance: f64,
@@ -55,7 +70,8 @@ pub enum LawName {
 /// What a user sets for a material.
 ///
 /// Elasticity: `lame_lambda` and `shear_modulus`, or `youngs_modulus` and `poisson_ratio`, or `shear_modulus` and
-/// `bulk_modulus`. Coupling: `coupling_modulus` or `coupling_number`. Curvature: `bending_length` with
+/// `bulk_modulus`. The rest of the elasticity and `plastic_length` belong to rotations, which a classical continuum does
+/// not have. Coupling: `coupling_modulus` or `coupling_number`. Curvature: `bending_length` with
 /// `bounded_stiffness`, or `bending_length`, `torsion_length` and `polar_ratio`, or `alpha`, `beta` and `gamma`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -114,13 +130,17 @@ pub struct KeyProblem {
     pub expected: String,
 }
 
-const ELASTIC_KEYS: [&str; 15] = [
+const ELASTIC_KEYS: [&str; 6] = [
     "density",
     "lame_lambda",
     "shear_modulus",
     "bulk_modulus",
     "youngs_modulus",
     "poisson_ratio",
+];
+
+/// Keys of the elasticity of points that rotate; the only one of them that is no number is `bounded_stiffness`.
+const ROTATION_KEYS: [&str; 9] = [
     "coupling_modulus",
     "coupling_number",
     "bending_length",
@@ -131,6 +151,13 @@ const ELASTIC_KEYS: [&str; 15] = [
     "beta",
     "gamma",
 ];
+
+/// A key of plastic laws that belongs to rotations, too.
+const PLASTIC_LENGTH: &str = "plastic_length";
+
+fn belongs_to_rotations(key: &str) -> bool {
+    ROTATION_KEYS.contains(&key) || key == PLASTIC_LENGTH
+}
 
 const DRUCKER_PRAGER_KEYS: [&str; 6] = [
     "friction_angle",
@@ -191,14 +218,20 @@ impl MaterialKeys {
             .collect()
     }
 
-    /// The law with its parameters; `tolerance` [-] ends the local iteration of a plastic law.
+    /// Whether a key is set that only a body with rotations has.
+    pub fn sets_rotations(&self) -> bool {
+        self.bounded_stiffness.is_some() || self.numbers_set().into_iter().any(belongs_to_rotations)
+    }
+
+    /// The law of a continuum with its parameters; `tolerance` [-] ends the local iteration of a plastic law.
     ///
     /// # Errors
-    /// All that is wrong: keys that are missing, contradict each other or are unknown to the law, and moduli without
-    /// positive energy.
-    pub fn resolve(&self, tolerance: f64) -> Result<MaterialSpec, Vec<KeyProblem>> {
+    /// All that is wrong: keys that are missing, contradict each other or are unknown to law or continuum, and moduli
+    /// without positive energy.
+    pub fn resolve(&self, continuum: ContinuumKind, tolerance: f64) -> Result<MaterialSpec, Vec<KeyProblem>> {
         let mut checks = Checks {
             keys: self,
+            continuum,
             problems: Vec::new(),
         };
         checks.refuse_foreign_keys();
@@ -209,6 +242,9 @@ impl MaterialKeys {
             LawName::DruckerPrager => Some(checks.drucker_prager(tolerance)),
             LawName::VonMises => Some(checks.von_mises(tolerance)),
         };
+        if let (Some(elastic), Some(Some(plastic))) = (&elastic, &plastic) {
+            checks.classical_softening(elastic, plastic);
+        }
         let spec = match (elastic, plastic) {
             (Some(elastic), None) => Some(MaterialSpec::Elastic(elastic)),
             (Some(elastic), Some(Some(plastic))) => Some(MaterialSpec::Elastoplastic(elastic, plastic)),
@@ -224,6 +260,7 @@ impl MaterialKeys {
 /// Converts the keys of a material and collects what is wrong with them.
 struct Checks<'a> {
     keys: &'a MaterialKeys,
+    continuum: ContinuumKind,
     problems: Vec<KeyProblem>,
 }
 
@@ -268,11 +305,24 @@ impl Checks<'_> {
 
     fn refuse_foreign_keys(&mut self) {
         let plastic = self.keys.law.plastic_keys();
-        for key in self.keys.numbers_set() {
-            if !ELASTIC_KEYS.contains(&key) && !plastic.contains(&key) {
-                let accepted = [&ELASTIC_KEYS, plastic].concat().join(", ");
-                self.report(key, "the law of this material does not know this key", accepted);
-            }
+        let rotations = self.continuum.has_rotations();
+        let mut accepted = [&ELASTIC_KEYS, plastic].concat();
+        if rotations {
+            accepted.extend(ROTATION_KEYS);
+        } else {
+            accepted.retain(|key| *key != PLASTIC_LENGTH);
+        }
+        let mut set = self.keys.numbers_set();
+        if self.keys.bounded_stiffness.is_some() {
+            set.push("bounded_stiffness");
+        }
+        for key in set.into_iter().filter(|key| !accepted.contains(key)) {
+            let message = if !rotations && belongs_to_rotations(key) {
+                "a classical continuum has no rotations and does not know this key"
+            } else {
+                "the law of this material does not know this key"
+            };
+            self.report(key, message, accepted.join(", "));
         }
     }
 
@@ -302,6 +352,9 @@ impl Checks<'_> {
 
     fn elastic(&mut self) -> Option<ElasticModuli> {
         let lame = self.lame();
+        if !self.continuum.has_rotations() {
+            return lame.map(|(lambda, mu)| ElasticModuli::without_rotations(lambda, mu));
+        }
         let coupling = self.choose(
             "the coupling of the rotations",
             &[&["coupling_modulus"], &["coupling_number"]],
@@ -437,6 +490,17 @@ impl Checks<'_> {
             .then(|| degrees.to_radians())
     }
 
+    /// The classical return is a division by the fall of the yield function along it.
+    fn classical_softening(&mut self, elastic: &ElasticModuli, plastic: &PlasticParameters) {
+        let bulk = elastic.lambda + 2.0 / 3.0 * elastic.mu;
+        let fall = 3.0 * elastic.mu + bulk * plastic.friction_slope * plastic.dilatancy_slope;
+        let hardening = plastic.hardening_modulus;
+        if !self.continuum.has_rotations() && hardening <= -fall {
+            let message = format!("{hardening} softens faster than the stress of a point can fall");
+            self.report("hardening_modulus", message, format!("a number > {}", -fall));
+        }
+    }
+
     fn drucker_prager(&mut self, tolerance: f64) -> Option<PlasticParameters> {
         let keys = self.keys;
         let friction = self.angle("friction_angle", keys.friction_angle);
@@ -477,6 +541,9 @@ impl Checks<'_> {
     }
 
     fn plastic_length(&mut self) -> Option<f64> {
+        if !self.continuum.has_rotations() {
+            return Some(0.0);
+        }
         if self.keys.plastic_length.is_none() {
             self.report("plastic_length", "this key is missing", "a length in m, > 0");
         }
@@ -509,7 +576,7 @@ mod tests {
     }
 
     fn reported(keys: &MaterialKeys) -> Vec<&'static str> {
-        keys.resolve(1e-9)
+        keys.resolve(ContinuumKind::Micropolar, 1e-9)
             .unwrap_err()
             .iter()
             .map(|problem| problem.key)
@@ -522,7 +589,8 @@ mod tests {
 
     #[test]
     fn bounded_stiffness_fixes_the_three_coefficients() {
-        let Ok(MaterialSpec::Elastoplastic(elastic, plastic)) = keys(layer()).resolve(1e-9) else {
+        let Ok(MaterialSpec::Elastoplastic(elastic, plastic)) = keys(layer()).resolve(ContinuumKind::Micropolar, 1e-9)
+        else {
             panic!()
         };
         assert!(
@@ -563,7 +631,7 @@ mod tests {
             ],
         );
         for keys in [lengths, names] {
-            let Ok(MaterialSpec::Elastoplastic(elastic, _)) = keys.resolve(1e-9) else {
+            let Ok(MaterialSpec::Elastoplastic(elastic, _)) = keys.resolve(ContinuumKind::Micropolar, 1e-9) else {
                 panic!("{keys:?}")
             };
             assert!(
@@ -593,7 +661,7 @@ mod tests {
             &[("lame_lambda", none), ("bulk_modulus", (4e9 + 8e9 / 3.0).into())],
         );
         for keys in [young, bulk] {
-            let Ok(MaterialSpec::Elastoplastic(elastic, _)) = keys.resolve(1e-9) else {
+            let Ok(MaterialSpec::Elastoplastic(elastic, _)) = keys.resolve(ContinuumKind::Micropolar, 1e-9) else {
                 panic!("{keys:?}")
             };
             assert!(
@@ -614,7 +682,7 @@ mod tests {
                 ("friction_angle", 30.0.into()),
             ],
         );
-        let Ok(MaterialSpec::Elastoplastic(_, plastic)) = keys.resolve(1e-9) else {
+        let Ok(MaterialSpec::Elastoplastic(_, plastic)) = keys.resolve(ContinuumKind::Micropolar, 1e-9) else {
             panic!()
         };
         assert!(
@@ -673,7 +741,7 @@ mod tests {
             let set = [("alpha", alpha.into()), ("beta", beta.into()), ("gamma", gamma.into())];
             with(layer(), &[cleared.as_slice(), set.as_slice()].concat())
         };
-        assert!(typed(-2.0, 0.0, 3.0).resolve(1e-9).is_ok());
+        assert!(typed(-2.0, 0.0, 3.0).resolve(ContinuumKind::Micropolar, 1e-9).is_ok());
         assert_eq!(reported(&typed(-2.1, 0.0, 3.0)), ["alpha"]);
         assert_eq!(reported(&typed(0.0, -3.1, 3.0)), ["beta"]);
         assert_eq!(reported(&typed(0.0, 0.0, -3.0)), ["gamma"]);

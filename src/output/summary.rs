@@ -55,6 +55,9 @@ pub struct Summary {
     pub peak_memory_mb: Vec<f64>,
     /// How cells were shared out to the ranks.
     pub partitioner: String,
+    /// Errors against an exact solution where there is one, by name.
+    #[serde(flatten)]
+    pub errors: BTreeMap<&'static str, f64>,
     /// Linear solver and the ordering of the unknowns for its factorisation.
     pub ordering: String,
     /// Program, commit and libraries.
@@ -99,6 +102,7 @@ mod tests {
             },
             peak_memory_mb: vec![10.0, 11.5],
             partitioner: "metis".into(),
+            errors: BTreeMap::new(),
             ordering: "metis".into(),
             versions: BTreeMap::from([("petsc".into(), "3.18.5".into())]),
         }
@@ -126,8 +130,11 @@ mod tests {
         let path = scratch("summary_nan").join("summary.json");
         let mut summary = example();
         summary.peak_memory_mb[0] = f64::NAN;
+        summary.errors.insert("error_u", 0.5);
+        summary.errors.insert("error_mu", f64::NAN);
         summary.write(&path).unwrap();
         let read: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
-        assert!(read["peak_memory_mb"][0].is_null());
+        assert!(read["peak_memory_mb"][0].is_null() && read["error_mu"].is_null());
+        assert_eq!(read["error_u"], 0.5);
     }
 }

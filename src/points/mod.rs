@@ -70,6 +70,11 @@ impl<C: Continuum, const D: usize> Points<C, D> {
         self.id.is_empty()
     }
 
+    /// Where a point was in the initial state; the third component is zero in plane strain.
+    pub fn reference_position(&self, point: usize) -> [f64; 3] {
+        select::in_space(&(self.position[point] - self.displacement[point]))
+    }
+
     /// Accepted state of a point's law.
     pub fn state_of(&self, point: usize) -> &[f64] {
         &self.state[point * self.state_length..(point + 1) * self.state_length]

@@ -1,14 +1,14 @@
 //! A small block of scattered points on a grid, for tests of the kernel.
 
+use mpm_petsc::app::Laws;
 use mpm_petsc::assembly::model::Model;
 use mpm_petsc::assembly::penalty::GhostPenalty;
-use mpm_petsc::continuum::micropolar::Micropolar;
 use mpm_petsc::continuum::{Fields, total_length};
 use mpm_petsc::grid::Grid;
 use mpm_petsc::grid::basis::Basis;
 use mpm_petsc::grid::ghost::{GhostScaling, GhostSettings};
+use mpm_petsc::material::Components;
 use mpm_petsc::material::spec::{ElasticModuli, MaterialSpec, PlasticParameters};
-use mpm_petsc::material::{Components, micropolar_law};
 use mpm_petsc::parallel::World;
 use mpm_petsc::points::seed::{Body, PointSource, SeedPoint, seed};
 
@@ -43,14 +43,11 @@ impl Random {
 }
 
 /// A block of 2^D cells with 2^D scattered points each, in a grid one cell larger on each side.
-pub fn model<const D: usize, const N: usize>(
+pub fn model<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
     world: &World,
     basis: Box<dyn Basis>,
     spec: MaterialSpec,
-) -> Model<Micropolar, D, N>
-where
-    Micropolar: Fields<D, N>,
-{
+) -> Model<C, D, N> {
     const H: f64 = 0.01;
     let grid = Grid {
         min: [0.0; D],
@@ -74,7 +71,7 @@ where
         });
     }
     let components = if D == 2 { Components::Plane } else { Components::Space };
-    let laws = vec![micropolar_law(&spec, components)];
+    let laws = vec![C::law(&spec, components)];
     let bodies = [Body {
         name: "block".into(),
         material: 0,
@@ -89,11 +86,7 @@ where
         rotation: 1.0e5,
         scaling: GhostScaling::Paper,
     };
-    let ghost = Some(GhostPenalty::new(
-        &grid,
-        &settings,
-        &<Micropolar as Fields<D, N>>::IS_TRANSLATION,
-    ));
+    let ghost = Some(GhostPenalty::new(&grid, &settings, &C::IS_TRANSLATION));
     Model {
         initial_grid: grid.clone(),
         elements: None,
@@ -104,20 +97,18 @@ where
         points,
         boundaries: Vec::new(),
         loads: Vec::new(),
+        face_loads: Vec::new(),
         ghost,
     }
 }
 
 /// Increments of a smooth random field: its gradient stays of the order of `size` at every point.
-pub fn field<const D: usize, const N: usize>(
-    model: &Model<Micropolar, D, N>,
+pub fn field<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
+    model: &Model<C, D, N>,
     nodes: &[u64],
     size: f64,
     seed: u64,
-) -> Vec<f64>
-where
-    Micropolar: Fields<D, N>,
-{
+) -> Vec<f64> {
     let mut random = Random(seed);
     let coefficients: Vec<[f64; 4]> = (0..N).map(|_| std::array::from_fn(|_| random.next())).collect();
     nodes
@@ -126,7 +117,7 @@ where
             let x = model.grid.node_position(&model.grid.node(key));
             let values: Vec<f64> = coefficients
                 .iter()
-                .zip(<Micropolar as Fields<D, N>>::IS_TRANSLATION)
+                .zip(C::IS_TRANSLATION)
                 .map(|(c, translation)| {
                     let linear = c[0] * x[0] + c[1] * x[1] + c[2] * x[2] + 30.0 * c[3] * x[0] * x[1];
                     // Rotations vary over a length of the order of the internal one.

@@ -242,13 +242,14 @@ impl Keys {
     }
 
     fn default(&self, item_name: &str, item: &Item, member: &Member) -> String {
+        let bare = |value: &str| value.trim_end_matches(".to_owned()").trim_matches('"').to_owned();
         let written = |value: &str| match value.rsplit_once("::") {
             Some((kind, variant)) if self.items.contains_key(kind) => {
                 format!("`{}`", spelled(variant, &self.items[kind].spelling))
             }
             _ if value == "None" => "not set".into(),
             _ if value == "String::new()" => "empty".into(),
-            _ => format!("`{value}`"),
+            _ => format!("`{}`", bare(value)),
         };
         if let Some(value) = self.values.get(&format!("{item_name}.{}", member.name)) {
             return written(value);

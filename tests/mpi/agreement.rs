@@ -51,6 +51,11 @@ fn on_a_yielding_block_with_ghost_penalty() {
 }
 
 #[test]
+fn on_a_collapsing_classical_block() {
+    ranks_agree(scenes::collapsing_block, &[2, 3]);
+}
+
+#[test]
 fn where_ranks_have_no_points() {
     ranks_agree(scenes::one_cell, &[2, 3]);
 }

@@ -12,6 +12,11 @@ pub fn curved_cantilever() -> Launch {
     Launch::config("curved_cantilever_2m").set(&["stages.0.steps=5", "loads.0.force=[0.0, 0.0, 200.0]"])
 }
 
+/// A classical block that collapses under its weight, with points that change cells all the time.
+pub fn collapsing_block() -> Launch {
+    Launch::config("elastoplastic_collapse").set(&["solver.force_tolerance=1e-12"])
+}
+
 /// A block in space that is compressed and sheared until it yields: GIMPM and ghost penalty, 3 x 3 x 4 cells.
 pub fn block() -> Launch {
     Launch::text(

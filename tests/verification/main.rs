@@ -4,12 +4,15 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod ample;
 mod balance;
+mod classical_shear_layer;
 mod column;
 mod compression;
 mod couple_layer;
 mod curved_cantilever;
 mod finite_elements;
+mod manufactured;
 mod plane_and_space;
 mod prescribed_motion;
 mod reference;

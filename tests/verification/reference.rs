@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-/// A reference with a curve.
+/// A reference with a curve or other lists.
 pub struct Reference(Value);
 
 impl Reference {
@@ -12,14 +12,23 @@ impl Reference {
         Reference(serde_json::from_str(&text).unwrap_or_else(|error| panic!("{path}: {error}")))
     }
 
+    /// One of several references in a file.
+    pub fn part(&self, key: &str) -> Self {
+        Reference(self.0[key].clone())
+    }
+
     pub fn number(&self, key: &str) -> f64 {
         number(&self.0, key)
+    }
+
+    pub fn list(&self, key: &str) -> &[Value] {
+        self.0[key].as_array().unwrap_or_else(|| panic!("{key} is no list"))
     }
 
     /// Points of the curve.
     pub fn curve(&self) -> &[Value] {
         let curve = self.0["curve"].as_array().expect("a curve");
-        assert!(curve.len() >= 10, "a curve of {} points", curve.len());
+        assert!(curve.len() >= 3, "a curve of {} points", curve.len());
         curve
     }
 }

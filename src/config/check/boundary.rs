@@ -4,7 +4,9 @@ use super::Check;
 use super::shape::axis_index;
 use crate::condition::dirichlet::{Boundary, Component, GridPlane, NodeSet};
 use crate::config::file::{BoundaryKeys, FaceKeys, FaceName, ScalarOr};
+use crate::config::nearest::{did_you_mean, nearest};
 use crate::config::path::Path;
+use crate::config::tree::shorten;
 use crate::scene::Kinematics;
 
 impl Check<'_> {
@@ -86,18 +88,16 @@ impl Check<'_> {
     }
 
     pub(super) fn component(&mut self, path: &Path, name: &str) -> Option<Component> {
-        let known = self.kinematics.unknowns();
+        let known = self.unknowns();
         let found = known.iter().position(|candidate| *candidate == name);
         if found.is_none() {
-            let (hint, expected) = match (self.kinematics, name) {
-                (Kinematics::PlaneStrain, "uz" | "rx" | "ry") => (" in plane strain".to_owned(), known.join(", ")),
-                _ => {
-                    let suggestion = crate::config::nearest::nearest(name, known.iter().copied());
-                    (crate::config::nearest::did_you_mean(suggestion), known.join(", "))
-                }
+            let hint = match (self.kinematics, name) {
+                (_, "rx" | "ry" | "rz") if !self.continuum.has_rotations() => " in a classical continuum".to_owned(),
+                (Kinematics::PlaneStrain, "uz" | "rx" | "ry") => " in plane strain".to_owned(),
+                _ => did_you_mean(nearest(name, known.iter().copied())),
             };
-            let message = format!("there is no component \"{}\"{hint}", crate::config::tree::shorten(name));
-            self.report(path, message, expected);
+            let message = format!("there is no component \"{}\"{hint}", shorten(name));
+            self.report(path, message, known.join(", "));
         }
         found.filter(|_| self.sound(path))
     }

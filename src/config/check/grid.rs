@@ -67,7 +67,7 @@ impl Check<'_> {
         }
         let moving = |keys: &BoundaryKeys| {
             let same = matches!(keys.face, ScalarOr::Scalar(name) if name == face);
-            same && keys.moves.contains_key(self.kinematics.unknowns()[axis])
+            same && keys.moves.contains_key(self.unknowns()[axis])
         };
         let found = self.config.boundary.iter().any(moving);
         let message = "no motion of this face along its axis is prescribed";

@@ -43,9 +43,13 @@ impl Check<'_> {
                 total.zip(at).map(|(total, at)| LoadKind::Force { total, at })
             }
             (None, None, None, Some(couple)) => {
+                let carried = self.require_rotations(&path.key("couple"), "a force");
                 let total = self.couple(&path.key("couple"), couple);
                 let at = self.points_of(path, keys);
-                total.zip(at).map(|(total, at)| LoadKind::Couple { total, at })
+                total
+                    .zip(at)
+                    .filter(|_| carried)
+                    .map(|(total, at)| LoadKind::Couple { total, at })
             }
             (None, None, None, None) => {
                 self.report(path, "no load is given", KINDS);

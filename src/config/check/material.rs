@@ -48,7 +48,7 @@ impl Check<'_> {
             if !self.sound(&path) {
                 return None;
             }
-            let resolved = keys.resolve(config.solver.return_map_tolerance);
+            let resolved = keys.resolve(self.continuum, config.solver.return_map_tolerance);
             resolved.map_err(|problems| self.report_keys(&path, problems)).ok()
         });
         specs.collect()
@@ -147,7 +147,7 @@ impl Check<'_> {
             if !variants[from].used || empty || !scale(&mut scaled, keys) {
                 continue;
             }
-            let spec = match scaled.resolve(self.config.solver.return_map_tolerance) {
+            let spec = match scaled.resolve(self.continuum, self.config.solver.return_map_tolerance) {
                 Ok(spec) => spec,
                 Err(problems) => {
                     for problem in problems {

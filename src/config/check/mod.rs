@@ -13,14 +13,16 @@ mod point_file;
 mod selection;
 mod shape;
 mod solver;
+mod verification;
 
 use super::decode::Findings;
-use super::file::{ConfigFile, KinematicsName};
+use super::file::{ConfigFile, ContinuumName, KinematicsName};
 use super::input::Files;
 use super::nearest::{did_you_mean, nearest};
 use super::path::Path;
 use super::source::Source;
 use super::tree::shorten;
+use crate::material::spec::MaterialKeys;
 use crate::points::elements::MeshSettings;
 use crate::scene::{ContinuumKind, GridSettings, Kinematics, Scene};
 
@@ -32,9 +34,11 @@ pub fn check(config: &ConfigFile, source: &Source, files: &Files, findings: &mut
         files,
         findings,
         kinematics: Kinematics::PlaneStrain,
+        continuum: ContinuumKind::Micropolar,
         grid: None,
         mesh: None,
     };
+    check.continuum = check.continuum();
     check.kinematics = check.kinematics();
     if check.has_mesh() {
         check.mesh = check.mesh();
@@ -50,11 +54,16 @@ pub fn check(config: &ConfigFile, source: &Source, files: &Files, findings: &mut
     let loads = check.loads(materials.as_deref());
     let solver = check.solver();
     let ghost = check.ghost();
+    let manufactured = check.manufactured(&verification::Parts {
+        bodies: bodies.as_deref(),
+        materials: materials.as_deref(),
+        boundaries: boundaries.as_deref(),
+    });
     let output = check.output();
     Some(Scene {
         title: config.title.clone(),
         kinematics: check.kinematics,
-        continuum: ContinuumKind::Micropolar,
+        continuum: check.continuum,
         grid: check.grid?,
         materials: materials?.into_iter().map(|material| material.named).collect(),
         bodies: bodies?,
@@ -64,6 +73,7 @@ pub fn check(config: &ConfigFile, source: &Source, files: &Files, findings: &mut
         stages: stages?,
         solver: solver?,
         ghost,
+        manufactured: manufactured?,
         output: output?,
     })
 }
@@ -75,6 +85,7 @@ struct Check<'a> {
     files: &'a Files,
     findings: &'a mut Findings,
     kinematics: Kinematics,
+    continuum: ContinuumKind,
     /// The grid, where it is known.
     grid: Option<GridSettings>,
     /// The mesh of finite elements, where there is one and it is known.
@@ -108,6 +119,28 @@ impl Check<'_> {
             KinematicsName::PlaneStrain if !typed && in_space => Kinematics::ThreeDimensional,
             KinematicsName::PlaneStrain => Kinematics::PlaneStrain,
         }
+    }
+
+    /// As typed; where that is wrong, what the materials look like, so that their keys can be checked.
+    fn continuum(&self) -> ContinuumKind {
+        let typed = self.sound(&Path::root().key("model").key("continuum"));
+        match self.config.model.continuum {
+            ContinuumName::Classical if typed => ContinuumKind::Classical,
+            ContinuumName::Micropolar if typed => ContinuumKind::Micropolar,
+            _ if self.config.materials.values().any(MaterialKeys::sets_rotations) => ContinuumKind::Micropolar,
+            _ => ContinuumKind::Classical,
+        }
+    }
+
+    /// Names of the unknowns of a node: a component is an index into them.
+    fn unknowns(&self) -> &'static [&'static str] {
+        self.continuum.unknowns(self.kinematics.dimension())
+    }
+
+    /// Reports what only a body with rotations has, in one without.
+    fn require_rotations(&mut self, path: &Path, expected: impl Into<String>) -> bool {
+        let message = "a classical continuum has no rotations";
+        self.require(self.continuum.has_rotations(), path, message, expected)
     }
 
     /// One number per axis, the third zero in plane strain.

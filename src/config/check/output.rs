@@ -13,6 +13,8 @@ const FIXED_COLUMNS: [&str; 5] = ["step", "stage", "load_factor", "step_size", "
 
 const QUANTITIES: &str = "exactly one of reaction, boundary_motion, max, min, mean, load_factor";
 
+const CLASSICAL_FIELDS: &str = "displacement, position, chi, pressure, von_mises, stress, volume";
+
 impl Check<'_> {
     pub(super) fn output(&mut self) -> Option<OutputSettings> {
         let keys = &self.config.output;
@@ -111,6 +113,9 @@ impl Check<'_> {
             "min" => Reduction::Minimum,
             _ => Reduction::Mean,
         };
+        if of_rotations(field) && !self.require_rotations(&path.key(key), CLASSICAL_FIELDS) {
+            return None;
+        }
         let out_of_plane = matches!(field, FieldName::TwistX | FieldName::TwistY);
         let exists = !(out_of_plane && self.kinematics == Kinematics::PlaneStrain);
         let exists = self.require(exists, &path.key(key), "plane strain turns about z only", "twist_z");
@@ -155,6 +160,16 @@ impl Check<'_> {
             "a component that it fixes or moves",
         );
         right.then_some(HistoryQuantity::BoundaryMotion { boundary, component })
+    }
+}
+
+/// Whether only points that rotate have the field.
+fn of_rotations(field: FieldName) -> bool {
+    match field {
+        FieldName::Rotation | FieldName::TwistX | FieldName::TwistY | FieldName::TwistZ => true,
+        FieldName::CoupleStress | FieldName::Wryness => true,
+        FieldName::Displacement | FieldName::Position | FieldName::Chi | FieldName::Pressure => false,
+        FieldName::VonMises | FieldName::Stress | FieldName::Volume => false,
     }
 }
 

@@ -96,7 +96,22 @@ impl Check<'_> {
     pub(super) fn ghost(&mut self) -> Option<GhostSettings> {
         let keys = self.config.stabilisation.ghost.as_ref()?;
         let path = Path::root().key("stabilisation").key("ghost");
-        for (key, value) in [("translation", keys.translation), ("rotation", keys.rotation)] {
+        match keys.rotation {
+            Some(_) => {
+                self.require_rotations(&path.key("rotation"), "translation and scaling");
+            }
+            None => {
+                let needless = !self.continuum.has_rotations();
+                self.require(
+                    needless,
+                    &path.key("rotation"),
+                    "this key is missing",
+                    "a number >= 0 in N",
+                );
+            }
+        }
+        let rotation = keys.rotation.unwrap_or(0.0);
+        for (key, value) in [("translation", keys.translation), ("rotation", rotation)] {
             self.require(
                 value >= 0.0,
                 &path.key(key),
@@ -110,7 +125,7 @@ impl Check<'_> {
         };
         Some(GhostSettings {
             translation: keys.translation,
-            rotation: keys.rotation,
+            rotation,
             scaling,
         })
     }

@@ -1,0 +1,34 @@
+//! The continua by name, for everything that comes before the types of a run are fixed.
+
+use super::Fields;
+use super::classical::Classical;
+use super::micropolar::Micropolar;
+
+/// Which continuum a body is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ContinuumKind {
+    /// Displacement only.
+    Classical,
+    /// Displacement and independent rotation.
+    Micropolar,
+}
+
+impl ContinuumKind {
+    /// Names of the unknowns of a node in their order, in two or three dimensions.
+    pub fn unknowns(self, dimension: usize) -> &'static [&'static str] {
+        match (self, dimension) {
+            (ContinuumKind::Classical, 2) => &<Classical as Fields<2, 2>>::UNKNOWNS,
+            (ContinuumKind::Classical, _) => &<Classical as Fields<3, 3>>::UNKNOWNS,
+            (ContinuumKind::Micropolar, 2) => &<Micropolar as Fields<2, 3>>::UNKNOWNS,
+            (ContinuumKind::Micropolar, _) => &<Micropolar as Fields<3, 6>>::UNKNOWNS,
+        }
+    }
+
+    /// Whether points rotate on their own: then there are couples, curvatures and lengths.
+    pub fn has_rotations(self) -> bool {
+        match self {
+            ContinuumKind::Classical => false,
+            ContinuumKind::Micropolar => true,
+        }
+    }
+}
