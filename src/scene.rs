@@ -6,6 +6,7 @@ pub use crate::continuum::ContinuumKind;
 
 use crate::condition::dirichlet::{Boundary, Component, GridPlane};
 use crate::grid::ghost::GhostSettings;
+use crate::grid::mesh::MeshFace;
 use crate::material::spec::MaterialSpec;
 use crate::points::seed::{Body, Region};
 use crate::points::select::Selection;
@@ -57,7 +58,7 @@ pub enum BasisKind {
     Gimp,
 }
 
-/// Axis-aligned background grid.
+/// Axis-aligned background grid; with a mesh, its cells with unit size and no place in space.
 #[derive(Clone, Debug)]
 pub struct GridSettings {
     pub min: [f64; 3],
@@ -87,10 +88,18 @@ pub struct Load {
 pub enum LoadKind {
     /// Weight per unit reference volume [N/m3], by index into `Scene::materials`.
     SpecificWeight(Vec<[f64; 3]>),
-    /// A total force [N] (per metre of thickness in plane strain) shared equally by the selected points.
-    Force { total: [f64; 3], at: Selection },
+    /// A total force [N] (per metre of thickness in plane strain) shared equally by the selected points, or over a face.
+    Force { total: [f64; 3], at: Target },
     /// A total couple [N m], shared likewise; in plane strain only the third component counts.
-    Couple { total: [f64; 3], at: Selection },
+    Couple { total: [f64; 3], at: Target },
+}
+
+/// What a load acts on, and where a field is looked at.
+#[derive(Clone, Debug)]
+pub enum Target {
+    Points(Selection),
+    /// A face of the mesh, over which a load is a uniform traction.
+    Face(MeshFace),
 }
 
 #[derive(Clone, Debug)]
@@ -122,6 +131,8 @@ pub enum HistoryQuantity {
         field: PointField,
         at: Option<Selection>,
     },
+    /// Mean over a face of the mesh; displacement or position.
+    FaceMean { field: PointField, face: MeshFace },
     /// Load factor of a load (by index).
     LoadFactor { load: usize },
 }
@@ -170,7 +181,9 @@ impl HistoryColumn {
     /// Names of the columns that the entry becomes.
     pub fn column_names(&self, kinematics: Kinematics) -> Vec<String> {
         let components = match self.quantity {
-            HistoryQuantity::Points { field, .. } => field.components(kinematics),
+            HistoryQuantity::Points { field, .. } | HistoryQuantity::FaceMean { field, .. } => {
+                field.components(kinematics)
+            }
             _ => &[""],
         };
         let name_of = |component: &&str| match *component {

@@ -2,14 +2,16 @@
 
 use mpm_petsc::condition::dirichlet::GridPlane;
 use mpm_petsc::config::{self, Input};
+use mpm_petsc::grid::mesh::MeshFace;
 use mpm_petsc::grid::region::Shape;
 use mpm_petsc::material::spec::{ElasticModuli, MaterialSpec};
 use mpm_petsc::points::seed::PointSource;
 use mpm_petsc::points::select::Selection;
 use mpm_petsc::problem::Problem;
-use mpm_petsc::scene::{BasisKind, ContinuumKind, HistoryQuantity, LoadKind, Scene};
+use mpm_petsc::scene::{BasisKind, ContinuumKind, HistoryQuantity, LoadKind, PointField, Scene, Target};
 
 const SHEAR_LAYER: &str = include_str!("good_input/shear_layer.yaml");
+const MESH: &str = include_str!("good_input/mesh.yaml");
 const BIAXIAL: &str = include_str!("good_input/biaxial.yaml");
 
 fn good(name: &str) -> Scene {
@@ -86,7 +88,7 @@ fn the_scene_of_every_kind_of_key_is_resolved() {
     assert!((weights[0][2] + 9.81 * 3000.0).abs() < 1e-9 && (weights[1][2] + 9.81 * 2000.0).abs() < 1e-9);
     assert!((weights[7][2] + 9.81 * 4000.0).abs() < 1e-9);
     let LoadKind::Couple {
-        at: Selection::Layer { body, direction },
+        at: Target::Points(Selection::Layer { body, direction }),
         ..
     } = &scene.loads[3].kind
     else {
@@ -117,6 +119,28 @@ fn the_scene_of_every_kind_of_key_is_resolved() {
 }
 
 #[test]
+fn a_mesh_takes_the_place_of_the_grid() {
+    let scene = good("mesh");
+    let PointSource::Mesh(mesh) = &scene.bodies[0].points else {
+        panic!()
+    };
+    assert_eq!((mesh.cells, mesh.points_per_cell), ([20, 2, 1], [2, 2, 1]));
+    assert_eq!((scene.grid.cells, scene.grid.basis), ([20, 2, 1], BasisKind::Linear));
+    let outside = MeshFace { axis: 1, upper: true };
+    let LoadKind::Force {
+        at: Target::Face(face), ..
+    } = scene.loads[1].kind
+    else {
+        panic!()
+    };
+    assert_eq!(face, outside);
+    let HistoryQuantity::FaceMean { field, face } = scene.output.history[1].quantity else {
+        panic!()
+    };
+    assert_eq!((field, face), (PointField::Position, outside));
+}
+
+#[test]
 fn a_classical_scene_has_two_moduli_and_three_unknowns_in_space() {
     let scene = good("classical");
     assert_eq!(scene.continuum, ContinuumKind::Classical);
@@ -134,7 +158,7 @@ fn a_classical_scene_has_two_moduli_and_three_unknowns_in_space() {
 
 #[test]
 fn running_the_resolved_configuration_repeats_the_scene() {
-    for name in ["shear_layer", "biaxial", "three_dimensional", "classical"] {
+    for name in ["shear_layer", "biaxial", "three_dimensional", "classical", "mesh"] {
         let scene = good(name);
         let folder = std::env::temp_dir().join(format!("mpm-petsc-resolved-{name}-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
@@ -273,6 +297,7 @@ fn configurations_of_absurd_size_are_refused_in_time() {
                 .replace("cohesion", "yield_strength")
             ),
         ),
+        MESH.replace("cells: [20, 2]", "cells: [30000, 30000]"),
         many(200_000, "- #\n"),
     ];
     for text in texts {
@@ -372,9 +397,9 @@ fn no_mutation_of_a_good_configuration_ends_in_a_panic() {
         .lines()
         .filter(|line| !line.contains("cloud.csv"))
         .collect();
-    let samples = [SHEAR_LAYER, BIAXIAL, &three_dimensional.join("\n")];
+    let samples = [SHEAR_LAYER, BIAXIAL, MESH, &three_dimensional.join("\n")];
     let (mut accepted, mut refused) = (0, 0);
-    for round in 0..6000 {
+    for round in 0..8000 {
         let text = mutate(samples[round % samples.len()], &mut numbers);
         match config::read("a.yaml", &text, &[]) {
             Ok(_) => accepted += 1,

@@ -83,7 +83,7 @@ fn taylor<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
     assert!(!system.faces.faces.is_empty());
     let u = field(&model, &system.active.nodes, 0.7 * size, 3);
     forces(&mut workspace, &mut model, &system, &u);
-    model.accept(&mut workspace, &system.batches, &system.active, &u);
+    model.accept(world, &mut workspace, &system.batches, &system.active, &u);
     let system = model.search(world).unwrap();
     let accepted = record(&model);
     let u = field(&model, &system.active.nodes, size, 11);

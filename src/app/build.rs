@@ -4,21 +4,23 @@ use super::Laws;
 use super::columns::Column;
 use crate::assembly::model::{Model, StepSystem};
 use crate::assembly::penalty::GhostPenalty;
-use crate::condition::load::{Amount, DeadLoad, LoadField};
+use crate::condition::load::{Amount, DeadLoad, FaceLoad, LoadField};
 use crate::config::Source;
 use crate::continuum::Fields;
 use crate::continuum::total_length;
 use crate::error::Error;
 use crate::grid::Grid;
 use crate::grid::basis::{Basis, Gimp, Linear};
+use crate::grid::mesh::MeshFace;
 use crate::material::Components;
 use crate::parallel::World;
+use crate::points::elements::Elements;
 use crate::points::search::Misplaced;
-use crate::points::seed::seed;
+use crate::points::seed::{PointSource, seed};
 use crate::points::select::MAX_SELECTIONS;
 use crate::points::select::Selection;
 use crate::problem::Problem;
-use crate::scene::{BasisKind, HistoryColumn, HistoryQuantity, Load, LoadKind, Scene};
+use crate::scene::{BasisKind, HistoryColumn, HistoryQuantity, Load, LoadKind, Scene, Target};
 use crate::verification::Solution;
 use nalgebra::Vector3;
 
@@ -78,8 +80,10 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         basis,
         laws,
         points,
+        elements: elements(scene),
         boundaries: scene.boundaries.clone(),
         loads: Vec::new(),
+        face_loads: Vec::new(),
         ghost,
     };
     let mut problems = empty_bodies(source, &points_per_body);
@@ -113,6 +117,14 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         }),
         _ => Err(Error::Configuration(problems)),
     }
+}
+
+/// The mesh of the scene, which is that of its only body.
+fn elements<const D: usize>(scene: &Scene) -> Option<Elements<D>> {
+    scene.bodies.iter().find_map(|body| match &body.points {
+        PointSource::Mesh(settings) => Some(Elements::new(settings)),
+        PointSource::Lattice { .. } | PointSource::List(_) => None,
+    })
 }
 
 fn empty_bodies(source: &Source, points_per_body: &[u64]) -> Vec<Problem> {
@@ -157,7 +169,7 @@ impl Marks<'_> {
             problems.push(self.source.problem(path, "too many selections", expected));
             return (0, 1);
         }
-        let edge = model.grid.smallest_edge();
+        let edge = model.initial_nodes().smallest_edge();
         let count = model
             .points
             .mark(self.world, selection, bit, |load| self.of_load[load], edge);
@@ -193,7 +205,10 @@ fn select<C: Fields<D, N>, const D: usize, const N: usize>(
             None => (None, 1),
         };
         marks.of_load.push(bit);
-        model.loads.push(dead_load(load, bit, count, &C::IS_TRANSLATION, D));
+        match face_load(model, load) {
+            Some(load) => model.face_loads.push(load),
+            None => model.loads.push(dead_load(load, bit, count, &C::IS_TRANSLATION, D)),
+        }
     }
     let column_of = |(index, entry): (usize, &HistoryColumn)| {
         let path = format!("output.history[{index}].at");
@@ -203,9 +218,14 @@ fn select<C: Fields<D, N>, const D: usize, const N: usize>(
             } => Some(marks.of(model, selection, &path, problems).0),
             _ => None,
         };
+        let face = match &entry.quantity {
+            HistoryQuantity::FaceMean { face, .. } => face_shares(model, *face),
+            _ => None,
+        };
         Column {
             entry: entry.clone(),
             bit,
+            face: face.unwrap_or_default(),
         }
     };
     scene.output.history.iter().enumerate().map(column_of).collect()
@@ -213,9 +233,39 @@ fn select<C: Fields<D, N>, const D: usize, const N: usize>(
 
 fn selection_of(load: &Load) -> Option<&Selection> {
     match &load.kind {
-        LoadKind::SpecificWeight(_) => None,
-        LoadKind::Force { at, .. } | LoadKind::Couple { at, .. } => Some(at),
+        LoadKind::Force {
+            at: Target::Points(selection),
+            ..
+        }
+        | LoadKind::Couple {
+            at: Target::Points(selection),
+            ..
+        } => Some(selection),
+        _ => None,
     }
+}
+
+/// Nodes of a face of the mesh with their shares.
+fn face_shares<C: Fields<D, N>, const D: usize, const N: usize>(
+    model: &Model<C, D, N>,
+    face: MeshFace,
+) -> Option<Vec<(u64, f64)>> {
+    model.elements.as_ref().map(|elements| elements.mesh.face_shares(face))
+}
+
+/// A load on a face of the mesh, where the load is one.
+fn face_load<C: Fields<D, N>, const D: usize, const N: usize>(model: &Model<C, D, N>, load: &Load) -> Option<FaceLoad> {
+    let (total, translations, at) = match &load.kind {
+        LoadKind::SpecificWeight(_) => return None,
+        LoadKind::Force { total, at } => (total, true, at),
+        LoadKind::Couple { total, at } => (total, false, at),
+    };
+    let Target::Face(face) = at else { return None };
+    Some(FaceLoad {
+        stage: load.stage,
+        total: by_unknown(total, translations, &C::IS_TRANSLATION, D),
+        shares: face_shares(model, *face)?,
+    })
 }
 
 /// What a load gives to each of `count` points.
@@ -301,7 +351,7 @@ fn check_boundaries<C: Fields<D, N>, const D: usize, const N: usize>(
 ) {
     let active = &system.active;
     for (index, boundary) in scene.boundaries.iter().enumerate() {
-        let holds = |&key: &u64| boundary.place.holds(&model.grid, &model.grid.node(key));
+        let holds = |&key: &u64| boundary.place.holds(model.initial_nodes(), key);
         if world.any(active.nodes[..active.owned].iter().any(holds)) {
             continue;
         }

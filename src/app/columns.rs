@@ -13,6 +13,8 @@ pub struct Column {
     pub entry: HistoryColumn,
     /// Mark of the selected points; all points without.
     pub bit: Option<usize>,
+    /// Shares of the nodes of a face of the mesh, where the entry is their mean.
+    pub face: Vec<(u64, f64)>,
 }
 
 /// Where the components of a field stand among the numbers of [`value_of`].
@@ -49,10 +51,25 @@ impl Column {
                 vec![total * time.ramp(boundary.stage)]
             }
             HistoryQuantity::LoadFactor { load } => vec![time.ramp(scene.loads[*load].stage)],
+            HistoryQuantity::FaceMean { field, .. } => self.mean_of_face(model, *field),
             HistoryQuantity::Points { reduction, field, .. } => {
                 self.reduce(world, model, *reduction, *field, places(*field, scene.kinematics))
             }
         }
+    }
+
+    fn mean_of_face<C: Fields<D, N>, const D: usize, const N: usize>(
+        &self,
+        model: &Model<C, D, N>,
+        field: PointField,
+    ) -> Vec<f64> {
+        let elements = model.elements.as_ref().expect("only a mesh has faces");
+        let (position, displacement) = elements.mesh.mean_of_face(&self.face);
+        let mean = match field {
+            PointField::Displacement => displacement,
+            _ => position + displacement,
+        };
+        mean.as_slice().to_vec()
     }
 
     fn reduce<C: Fields<D, N>, const D: usize, const N: usize>(

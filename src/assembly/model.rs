@@ -5,19 +5,21 @@ use crate::assembly::kernel::{Workspace, jet};
 use crate::assembly::penalty::GhostPenalty;
 use crate::condition::Time;
 use crate::condition::dirichlet::{Boundary, GridPlane, plane_increment};
-use crate::condition::load::DeadLoad;
+use crate::condition::load::{DeadLoad, FaceLoad};
 use crate::continuum::Fields;
-use crate::grid::Grid;
 use crate::grid::basis::Basis;
 use crate::grid::ghost::GhostFaces;
+use crate::grid::{Grid, InitialNodes};
 use crate::material::Material;
 use crate::parallel::{Numbering, World};
 use crate::points::Points;
-use crate::points::search::{Batches, Misplaced, cells_of_points, search};
+use crate::points::elements::Elements;
+use crate::points::search::{Batches, Misplaced, cells_of_points, search, search_elements};
 use nalgebra::{Matrix3, SVector, SymmetricEigen};
 
 /// What is solved, as far as this rank holds it.
 pub struct Model<C: Fields<D, N>, const D: usize, const N: usize> {
+    /// Cells and nodes by number; where `elements` are, they have unit size and no place in space.
     pub grid: Grid<D>,
     /// The grid of the start, on which sets of nodes are defined.
     pub initial_grid: Grid<D>,
@@ -26,8 +28,12 @@ pub struct Model<C: Fields<D, N>, const D: usize, const N: usize> {
     pub basis: Box<dyn Basis>,
     pub laws: Vec<Box<dyn Material<C>>>,
     pub points: Points<C, D>,
+    /// The mesh that carries the points instead of the grid.
+    pub elements: Option<Elements<D>>,
     pub boundaries: Vec<Boundary>,
     pub loads: Vec<DeadLoad>,
+    /// Loads on faces of the mesh.
+    pub face_loads: Vec<FaceLoad>,
     pub ghost: Option<GhostPenalty>,
 }
 
@@ -46,12 +52,27 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Model<C, D, N> {
     /// # Errors
     /// A point whose centre lies outside the grid, known to every rank.
     pub fn gather_cells(&mut self, world: &World) -> Result<Vec<u64>, Misplaced> {
-        let cells = agree_on_place(world, cells_of_points(&self.grid, &self.points))?;
+        let cells = agree_on_place(world, self.cells())?;
         if world.size() == 1 {
             return Ok(cells);
         }
         self.points.gather_cells(world, &cells);
-        agree_on_place(world, cells_of_points(&self.grid, &self.points))
+        agree_on_place(world, self.cells())
+    }
+
+    fn cells(&self) -> Result<Vec<u64>, Misplaced> {
+        match &self.elements {
+            Some(elements) => Ok(self.points.id.iter().map(|&id| elements.cell(id)).collect()),
+            None => cells_of_points(&self.grid, &self.points),
+        }
+    }
+
+    /// Nodes of the start, by which sets of nodes are found.
+    pub fn initial_nodes(&self) -> &dyn InitialNodes<D> {
+        match &self.elements {
+            Some(elements) => &elements.mesh,
+            None => &self.initial_grid,
+        }
     }
 
     /// Collective. Finds supports, penalised faces and active nodes; sorts the points.
@@ -59,7 +80,10 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Model<C, D, N> {
     /// # Errors
     /// A point that the grid cannot carry, known to every rank.
     pub fn search(&mut self, world: &World) -> Result<StepSystem<D>, Misplaced> {
-        let batches = agree_on_place(world, search(&self.grid, self.basis.as_ref(), &mut self.points))?;
+        let batches = match &self.elements {
+            Some(elements) => search_elements(elements, &mut self.points),
+            None => agree_on_place(world, search(&self.grid, self.basis.as_ref(), &mut self.points))?,
+        };
         let touched = batches.touched_cells(&self.grid);
         let faces = match self.ghost {
             Some(_) => GhostFaces::find(world, &self.grid, &touched),
@@ -85,9 +109,16 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Model<C, D, N> {
         }
     }
 
-    /// Ends a step at local increments `u`, at which the trial stresses and states were evaluated: moves the points,
-    /// advances their motion and domains.
-    pub fn accept(&mut self, workspace: &mut Workspace<C, D, N>, batches: &Batches<D>, active: &Active, u: &[f64]) {
+    /// Collective. Ends a step at local increments `u`, at which the trial stresses and states were evaluated: moves the
+    /// points, and the nodes of a mesh; advances motion and domains of the points.
+    pub fn accept(
+        &mut self,
+        world: &World,
+        workspace: &mut Workspace<C, D, N>,
+        batches: &Batches<D>,
+        active: &Active,
+        u: &[f64],
+    ) {
         for (index, batch) in batches.batches.iter().enumerate() {
             let unknowns = workspace.gather(active.batch_nodes(index), u);
             for p in batch.points.clone() {
@@ -105,6 +136,12 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Model<C, D, N> {
             }
         }
         self.points.accept_trial();
+        if let Some(elements) = &mut self.elements {
+            let own = active.nodes[..active.owned].iter().zip(u.chunks_exact(N));
+            // Translations come first among the unknowns of a node.
+            let increments = own.map(|(&key, unknowns)| (key, SVector::from_fn(|k, _| unknowns[k])));
+            elements.mesh.advance(world, increments);
+        }
     }
 }
 

@@ -1,7 +1,7 @@
-//! Prescribed increments on nodes of the grid.
+//! Prescribed increments on nodes.
 
 use super::Time;
-use crate::grid::Grid;
+use crate::grid::InitialNodes;
 use crate::grid::region::Shape;
 
 /// A component of the unknowns, by its index in the fields of the scene.
@@ -47,13 +47,14 @@ pub struct Prescribed {
 }
 
 impl NodeSet {
-    /// Whether a node belongs to the set; `grid` is that of the start, whose nodes a moving grid keeps.
-    pub fn holds<const D: usize>(&self, grid: &Grid<D>, node: &[usize; D]) -> bool {
+    /// Whether a node belongs to the set; what moves later keeps the sets of the start.
+    pub fn holds<const D: usize>(&self, nodes: &dyn InitialNodes<D>, node_key: u64) -> bool {
+        let node = nodes.indices(node_key);
         self.plane.is_none_or(|plane| node[plane.axis] == plane.index)
             && self
                 .within
                 .as_ref()
-                .is_none_or(|shape| shape.contains(&grid.node_position(node), NODE_MARGIN * grid.smallest_edge()))
+                .is_none_or(|shape| shape.contains(&nodes.position(&node), NODE_MARGIN * nodes.smallest_edge()))
     }
 }
 
@@ -61,7 +62,7 @@ impl NodeSet {
 /// a node. Of several conditions on one component the latest holds: by stage, then by place in the list.
 pub fn prescribe<const D: usize>(
     boundaries: &[Boundary],
-    grid: &Grid<D>,
+    initial: &dyn InitialNodes<D>,
     nodes: &[u64],
     unknowns: usize,
     from: Time,
@@ -79,7 +80,7 @@ pub fn prescribe<const D: usize>(
     for boundary in active {
         let increment = to.ramp(boundary.stage) - from.ramp(boundary.stage);
         for (local, &key) in nodes.iter().enumerate() {
-            if !boundary.place.holds(grid, &grid.node(key)) {
+            if !boundary.place.holds(initial, key) {
                 continue;
             }
             let mut set = |component: usize, value: f64| {
@@ -116,6 +117,7 @@ pub fn plane_increment(boundaries: &[Boundary], plane: GridPlane, component: Com
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::grid::Grid;
 
     fn boundary(index: usize, fix: Vec<usize>, moves: Vec<(usize, f64)>, stage: usize) -> Boundary {
         let place = NodeSet {

@@ -1,4 +1,4 @@
-//! Dead loads: weights, forces and couples on points, and loads that vary over the body.
+//! Dead loads: weights, forces and couples on points and on faces of a mesh, and loads that vary over the body.
 
 use super::Time;
 use crate::continuum::Continuum;
@@ -86,6 +86,33 @@ pub fn add_external_forces<'a, C: Continuum, const D: usize>(
                         .for_each(|(sum, amount)| *sum += factor * shape[0] * amount);
                 }
             }
+        }
+    }
+}
+
+/// A force or couple that is spread evenly over a face of a mesh; its direction and size do not depend on the motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FaceLoad {
+    /// Stage over which it ramps.
+    pub stage: usize,
+    /// What all nodes together get at full load, by unknown in the order of the fields.
+    pub total: Vec<f64>,
+    /// Keys of the nodes, with their shares.
+    pub shares: Vec<(u64, f64)>,
+}
+
+/// Adds the forces on faces to the nodes that this rank owns: the first of the local ones, whose keys are sorted.
+pub fn add_face_forces(loads: &[FaceLoad], time: Time, own_nodes: &[u64], forces: &mut [f64]) {
+    for load in loads {
+        let factor = time.ramp(load.stage);
+        for (key, share) in &load.shares {
+            let Ok(node) = own_nodes.binary_search(key) else {
+                continue;
+            };
+            let own = &mut forces[node * load.total.len()..][..load.total.len()];
+            own.iter_mut()
+                .zip(&load.total)
+                .for_each(|(sum, total)| *sum += factor * share * total);
         }
     }
 }

@@ -20,8 +20,8 @@ pub struct ConfigFile {
     pub title: String,
     /// Kinematics, continuum and method.
     pub model: ModelKeys,
-    /// The background grid.
-    pub grid: GridKeys,
+    /// The background grid of `method: mpm`; not with `fem`.
+    pub grid: Option<GridKeys>,
     /// Materials by name.
     pub materials: BTreeMap<String, MaterialKeys>,
     /// Bodies, made of material points; at least one.
@@ -29,7 +29,7 @@ pub struct ConfigFile {
     /// Changes of properties where a shape holds; they apply in order.
     #[serde(default)]
     pub regions: Vec<RegionKeys>,
-    /// Conditions on nodes of the grid.
+    /// Conditions on nodes of the grid or mesh.
     #[serde(default)]
     pub boundary: Vec<BoundaryKeys>,
     /// Weights, forces and couples.
@@ -88,6 +88,8 @@ pub enum MethodName {
     /// Material points on a background grid.
     #[default]
     Mpm,
+    /// Finite elements: one body on a mesh that moves with it, without a grid.
+    Fem,
 }
 
 /// The background grid, aligned with the axes.
@@ -119,7 +121,7 @@ pub enum BasisName {
     Gimp,
 }
 
-/// A body of one material.
+/// A body of one material: it has a `shape`, or with `method: fem` a `mesh`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BodyKeys {
@@ -128,19 +130,36 @@ pub struct BodyKeys {
     /// Name of its material.
     pub material: String,
     /// What it fills in the initial state.
-    pub shape: ShapeKeys,
-    /// Points per cell along an axis, 1 to 64: one number or one per axis. Not with a shape of `points`, which needs none.
+    pub shape: Option<ShapeKeys>,
+    /// What it fills in the initial state, and the cells it is divided into, with `method: fem`.
+    pub mesh: Option<MeshKeys>,
+    /// Points per cell along an axis, 1 to 64: one number or one per axis. Not with a shape of `points`, which needs none;
+    /// 2 unless set with a mesh.
     pub points_per_cell: Option<OneOrPerAxis<usize>>,
-    /// Where in a cell the points are.
-    #[serde(default)]
-    pub placement: PlacementName,
+    /// Where in a cell the points are; `even` unless set, always `gauss` with a mesh.
+    pub placement: Option<PlacementName>,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+/// A mesh of quadrilaterals or hexahedra with axes of its own: either `box` or `ring_sector`.
+///
+/// In `boundary` and selections its faces are `x_min` to `z_max` along its own first, second and third axis: x, y, z of a
+/// box; of a ring sector the angle from `from_angle` to `to_angle`, the radius, and the axis of the ring.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeshKeys {
+    /// A box.
+    #[serde(rename = "box")]
+    pub cuboid: Option<BoxKeys>,
+    /// A sector of a ring with an inner radius > 0 and less than a full turn.
+    pub ring_sector: Option<RingSectorKeys>,
+    /// Number of cells along each axis of the mesh, 1 or more: one number or one per axis.
+    pub cells: OneOrPerAxis<usize>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PlacementName {
     /// At the centres of equal parts of the cell.
-    #[default]
     Even,
     /// At the points of Gauss' quadrature, with its weights; for points without domains.
     Gauss,
@@ -156,13 +175,13 @@ pub struct RegionKeys {
     pub scale: BTreeMap<String, f64>,
 }
 
-/// A condition on nodes of the grid.
+/// A condition on nodes of the grid or mesh.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BoundaryKeys {
     /// Name for `output.history`; each condition that has one has its own.
     pub name: Option<String>,
-    /// A face of the grid, a plane `{axis: x, at: 0.0}`, or `all` nodes.
+    /// A face of the grid or mesh, a plane `{axis: x, at: 0.0}` of the grid, or `all` nodes.
     pub face: FaceKeys,
     /// Only nodes inside this shape.
     pub within: Option<ShapeKeys>,
@@ -220,7 +239,7 @@ pub struct LoadKeys {
     pub specific_weight: Option<Vec<f64>>,
     /// Acceleration [m/s2], one number per axis; the materials of all bodies need a `density`.
     pub gravity: Option<Vec<f64>>,
-    /// Total force [N], one number per axis, shared equally by the points selected with `at`.
+    /// Total force [N], one number per axis, shared equally by the points selected with `at`, or evenly over a face.
     pub force: Option<Vec<f64>>,
     /// Total couple [N m], shared likewise: three numbers, or in plane strain the one about z.
     pub couple: Option<OneOrPerAxis<f64>>,
@@ -230,7 +249,7 @@ pub struct LoadKeys {
     pub stage: Option<String>,
 }
 
-/// A set of material points, found in the initial state.
+/// A set of material points, found in the initial state; or a face of a mesh.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SelectionKeys {
@@ -240,8 +259,11 @@ pub enum SelectionKeys {
     Layer(LayerKeys),
     /// The points whose centre is inside a shape.
     Within(ShapeKeys),
-    /// The points that a named load acts on.
+    /// The points, or the face, that a named load acts on.
     Load(String),
+    /// A face of the mesh with `method: fem`: a load acts there as uniform traction, and `mean` is that of `displacement`
+    /// or `position` over the face.
+    Face(FaceName),
 }
 
 /// The points of a body that lie farthest in a direction: either `face` or `direction`.
@@ -250,7 +272,7 @@ pub enum SelectionKeys {
 pub struct LayerKeys {
     /// Name of the body.
     pub body: String,
-    /// Towards a face of the grid: `x_min` to `z_max`.
+    /// Towards a face of the grid: `x_min` to `z_max`; not with a mesh.
     pub face: Option<FaceName>,
     /// Any direction, one number per axis, not zero.
     pub direction: Option<Vec<f64>>,

@@ -108,7 +108,7 @@ impl Input {
             return Vec::new();
         };
         let files = config.bodies.iter().filter_map(|body| match &body.shape {
-            ShapeKeys::Points(keys) => Some(self.files.resolve(&keys.file)),
+            Some(ShapeKeys::Points(keys)) => Some(self.files.resolve(&keys.file)),
             _ => None,
         });
         files.collect()

@@ -1,6 +1,6 @@
 //! The resolved configuration as YAML: what was typed, with defaults filled in.
 
-use super::file::{ConfigFile, ShapeKeys};
+use super::file::{ConfigFile, OneOrPerAxis, PlacementName, ScalarOr, ShapeKeys};
 use super::input::Files;
 use serde_json::Value;
 use std::fmt::Write;
@@ -8,14 +8,26 @@ use std::fmt::Write;
 /// Longest line on which a list or mapping is written in one piece.
 const LINE_LENGTH: usize = 100;
 
+/// Gauss points along an axis of a cell of a mesh, unless set.
+pub const DEFAULT_POINTS_OF_MESH: OneOrPerAxis<usize> = ScalarOr::Scalar(2);
+
 /// Text that describes the same scene wherever it is stored; files are named absolutely.
 pub fn resolved(config: &ConfigFile, files: &Files, directory: &str) -> String {
     let mut config = config.clone();
     config.output.directory = Some(directory.to_owned());
     for body in &mut config.bodies {
-        if let ShapeKeys::Points(points) = &mut body.shape {
+        if let Some(ShapeKeys::Points(points)) = &mut body.shape {
             points.file = files.resolve(&points.file);
         }
+        if body.mesh.is_some() {
+            body.points_per_cell.get_or_insert(DEFAULT_POINTS_OF_MESH);
+        }
+        let placement = if body.mesh.is_some() {
+            PlacementName::Gauss
+        } else {
+            PlacementName::Even
+        };
+        body.placement.get_or_insert(placement);
     }
     let first_stage = config.stages.first().map(|stage| stage.name.clone());
     let stages_of_boundary = config.boundary.iter_mut().map(|entry| &mut entry.stage);

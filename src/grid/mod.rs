@@ -2,6 +2,7 @@
 
 pub mod basis;
 pub mod ghost;
+pub mod mesh;
 pub mod region;
 
 use nalgebra::SVector;
@@ -97,6 +98,30 @@ impl<const D: usize> Grid<D> {
     /// Smallest edge of a cell [m].
     pub fn smallest_edge(&self) -> f64 {
         self.cell_size.iter().copied().fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// Nodes in the initial state: what sets of nodes are found by.
+pub trait InitialNodes<const D: usize> {
+    /// Place of a node among the others, along each axis.
+    fn indices(&self, node_key: u64) -> [usize; D];
+    /// Position of a node [m], the third coordinate zero in the plane.
+    fn position(&self, node: &[usize; D]) -> [f64; 3];
+    /// Shortest distance of neighbouring nodes [m].
+    fn smallest_edge(&self) -> f64;
+}
+
+impl<const D: usize> InitialNodes<D> for Grid<D> {
+    fn indices(&self, node_key: u64) -> [usize; D] {
+        self.node(node_key)
+    }
+
+    fn position(&self, node: &[usize; D]) -> [f64; 3] {
+        self.node_position(node)
+    }
+
+    fn smallest_edge(&self) -> f64 {
+        Grid::smallest_edge(self)
     }
 }
 

@@ -86,6 +86,37 @@ impl Shape {
         }
     }
 
+    /// Position at coordinates from 0 to 1 along the shape's own axes: x, y, z of a box; of a sector of a ring its angle,
+    /// its radius, and its axis. `None` for other shapes. An axis without end stays at zero.
+    pub fn at(&self, coordinates: &[f64; 3]) -> Option<[f64; 3]> {
+        let between = |low: f64, high: f64, share: f64| match (high - low).is_finite() {
+            true => (1.0 - share) * low + share * high,
+            false => 0.0,
+        };
+        match self {
+            Shape::Box { min, max } => Some(std::array::from_fn(|k| between(min[k], max[k], coordinates[k]))),
+            Shape::RingSector {
+                axis,
+                centre,
+                inner_radius,
+                outer_radius,
+                from_angle,
+                to_angle,
+                min,
+                max,
+            } => {
+                let angle = between(*from_angle, *to_angle, coordinates[0]);
+                let radius = between(*inner_radius, *outer_radius, coordinates[1]);
+                let mut position = *centre;
+                position[(axis + 1) % 3] += radius * angle.cos();
+                position[(axis + 2) % 3] += radius * angle.sin();
+                position[*axis] = between(*min, *max, coordinates[2]);
+                Some(position)
+            }
+            _ => None,
+        }
+    }
+
     /// Lowest and highest corner of a box that holds the shape; infinite where the shape has no end, and crossed
     /// (a lowest beyond the highest) where it is empty. It is the smallest one where [`Shape::has_tight_bounds`].
     pub fn bounds(&self) -> ([f64; 3], [f64; 3]) {

@@ -1,5 +1,6 @@
 //! The body: material points, as arrays of what each of them carries.
 
+pub mod elements;
 pub mod migrate;
 pub mod placement;
 pub mod search;

@@ -5,6 +5,7 @@
 //! gradients belong to the start of the step and are computed once.
 
 use super::Points;
+use super::elements::Elements;
 use crate::continuum::Continuum;
 use crate::grid::basis::{self, Basis, MAX_NODES_PER_AXIS};
 use crate::grid::{Grid, Support};
@@ -97,6 +98,30 @@ pub fn search<C: Continuum, const D: usize>(
         supports.push(support);
     }
     sort(grid, points, &mut supports);
+    let evaluate = |points: &Points<C, D>, p: usize, support: &Support<D>, out: &mut [f64]| {
+        basis::evaluate(basis, grid, support, &points.position[p], &points.half_lengths[p], out);
+    };
+    Ok(Batches {
+        overhang,
+        ..batch(points, &supports, evaluate)
+    })
+}
+
+/// As [`search`], for the points of finite elements, which see the nodes of their cell.
+pub fn search_elements<C: Continuum, const D: usize>(elements: &Elements<D>, points: &mut Points<C, D>) -> Batches<D> {
+    let mut supports: Vec<_> = points.id.iter().map(|&id| elements.support(id)).collect();
+    sort(elements.mesh.grid(), points, &mut supports);
+    batch(points, &supports, |points, p, support, out| {
+        elements.evaluate(points.id[p], support, out);
+    })
+}
+
+/// Batches of sorted points, with their basis values.
+fn batch<C: Continuum, const D: usize>(
+    points: &Points<C, D>,
+    supports: &[Support<D>],
+    evaluate: impl Fn(&Points<C, D>, usize, &Support<D>, &mut [f64]),
+) -> Batches<D> {
     let mut batches: Vec<Batch<D>> = Vec::new();
     let mut length = 0;
     for (p, &support) in supports.iter().enumerate() {
@@ -114,14 +139,14 @@ pub fn search<C: Continuum, const D: usize>(
     let mut rest = shapes.as_mut_slice();
     for (p, support) in supports.iter().enumerate() {
         let (own, later) = rest.split_at_mut(support.size() * (1 + D));
-        basis::evaluate(basis, grid, support, &points.position[p], &points.half_lengths[p], own);
+        evaluate(points, p, support, own);
         rest = later;
     }
-    Ok(Batches {
+    Batches {
         batches,
         shapes,
-        overhang,
-    })
+        overhang: 0.0,
+    }
 }
 
 fn misplaced<C: Continuum, const D: usize>(points: &Points<C, D>, p: usize, what: String) -> Misplaced {

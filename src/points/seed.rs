@@ -1,10 +1,11 @@
 //! Filling shapes with points.
 
 use super::Points;
+use super::elements::{Elements, MeshSettings};
 use super::placement::{AxisPoint, Placement};
 use crate::continuum::Continuum;
-use crate::grid::Grid;
 use crate::grid::region::Shape;
+use crate::grid::{Grid, InitialNodes};
 use crate::parallel::World;
 use nalgebra::SVector;
 
@@ -27,6 +28,8 @@ pub enum PointSource {
     },
     /// Read from a file.
     List(Vec<SeedPoint>),
+    /// At Gauss' places in the cells of a mesh of the body's own; it is the only body then.
+    Mesh(MeshSettings),
 }
 
 /// A point read from a file.
@@ -61,6 +64,7 @@ pub fn seed<C: Continuum, const D: usize>(
     let mut counts = Vec::new();
     let mut first_id = 0;
     for (index, body) in bodies.iter().enumerate() {
+        let mut edge = grid.smallest_edge();
         let own = match &body.points {
             PointSource::Lattice {
                 shape,
@@ -73,11 +77,17 @@ pub fn seed<C: Continuum, const D: usize>(
                 lattice(world, grid, shape.bounds(), &rules, inside)
             }
             PointSource::List(list) => share(world, list.len()).map(|k| list[k]).collect(),
+            PointSource::Mesh(settings) => {
+                let elements = Elements::<D>::new(settings);
+                edge = elements.mesh.smallest_edge();
+                let own = share(world, elements.points());
+                own.map(|id| elements.seed_point(id as u64)).collect()
+            }
         };
         let per_rank = world.all_gather(own.len());
         let first_own = first_id + per_rank[..world.rank()].iter().sum::<usize>() as u64;
         for (id, point) in (first_own..).zip(&own) {
-            let material = material_at(regions, body.material, &point.position, grid.smallest_edge());
+            let material = material_at(regions, body.material, &point.position, edge);
             push(&mut points, id, index, material, point, |state| virgin(material, state));
         }
         let count = per_rank.iter().sum::<usize>() as u64;

@@ -5,7 +5,7 @@ use super::equilibrium::Equilibrium;
 use crate::assembly::active::Active;
 use crate::assembly::model::{Model, StepSystem};
 use crate::condition::Time;
-use crate::condition::load::add_external_forces;
+use crate::condition::load::{add_external_forces, add_face_forces};
 use crate::continuum::Fields;
 use crate::error::Error;
 use crate::petsc::{
@@ -135,6 +135,8 @@ pub fn external_forces<C: Fields<D, N>, const D: usize, const N: usize>(
         nodes,
         forces.local_mut(),
     );
+    let own_nodes = &system.active.nodes[..system.active.owned];
+    add_face_forces(&model.face_loads, time, own_nodes, forces.local_mut());
     forces.add_to_owners()?;
     Ok(forces.owned().to_vec())
 }

@@ -203,6 +203,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         observer: &mut dyn Observer<C, D, N>,
     ) -> Result<(), Error> {
         self.model.accept(
+            &self.world,
             &mut self.workspace,
             &system.batches,
             &system.active,
@@ -292,7 +293,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         self.prepare_solver(system)?;
         let prescribed = prescribe(
             &self.model.boundaries,
-            &self.model.grid,
+            self.model.initial_nodes(),
             &system.active.nodes,
             N,
             from,
@@ -326,10 +327,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         let mut sums = vec![0.0; self.model.boundaries.len() * N];
         for (boundary, sums) in self.model.boundaries.iter().zip(sums.chunks_exact_mut(N)) {
             for (&key, own) in active.nodes[..active.owned].iter().zip(reactions.chunks_exact(N)) {
-                if boundary
-                    .place
-                    .holds(&self.model.initial_grid, &self.model.initial_grid.node(key))
-                {
+                if boundary.place.holds(self.model.initial_nodes(), key) {
                     sums.iter_mut().zip(own).for_each(|(sum, reaction)| *sum += reaction);
                 }
             }

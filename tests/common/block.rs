@@ -89,6 +89,7 @@ pub fn model<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
     let ghost = Some(GhostPenalty::new(&grid, &settings, &C::IS_TRANSLATION));
     Model {
         initial_grid: grid.clone(),
+        elements: None,
         follow_face: None,
         grid,
         basis,
@@ -96,6 +97,7 @@ pub fn model<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         points,
         boundaries: Vec::new(),
         loads: Vec::new(),
+        face_loads: Vec::new(),
         ghost,
     }
 }

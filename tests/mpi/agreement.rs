@@ -41,6 +41,11 @@ fn on_the_curved_cantilever() {
 }
 
 #[test]
+fn on_finite_elements() {
+    ranks_agree(scenes::elements, &[2, 3]);
+}
+
+#[test]
 fn on_a_yielding_block_with_ghost_penalty() {
     ranks_agree(scenes::block, &[2, 3, 4]);
 }

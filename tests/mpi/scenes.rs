@@ -111,3 +111,12 @@ output:
 ",
     )
 }
+
+/// The curved cantilever by finite elements on 12 x 2 x 2 cells, up to a third of its load.
+pub fn elements() -> Launch {
+    Launch::config("fem_curved_cantilever_64").set(&[
+        "bodies.0.mesh.cells=[12, 2, 2]",
+        "stages.0.steps=5",
+        "loads.0.force=[0.0, 0.0, 200.0]",
+    ])
+}

@@ -11,6 +11,7 @@ mod column;
 mod compression;
 mod couple_layer;
 mod curved_cantilever;
+mod finite_elements;
 mod manufactured;
 mod plane_and_space;
 mod prescribed_motion;

@@ -2,7 +2,7 @@
 
 use super::Check;
 use super::grid::axis_path;
-use crate::config::file::{BodyKeys, PlacementName, ShapeKeys};
+use crate::config::file::{BodyKeys, OneOrPerAxis, PlacementName, ShapeKeys};
 use crate::config::path::Path;
 use crate::grid::region::Shape;
 use crate::points::placement::Placement;
@@ -37,7 +37,12 @@ impl Check<'_> {
         let known: Vec<_> = config.materials.keys().map(String::as_str).collect();
         let material = self.lookup(&path.key("material"), &keys.material, "material", "materials", &known);
         let points = match &keys.shape {
-            ShapeKeys::Points(file) => {
+            _ if self.has_mesh() => self.points_of_mesh(path, keys),
+            None => {
+                self.report(&path.key("shape"), "this key is missing", "what the body fills");
+                None
+            }
+            Some(ShapeKeys::Points(file)) => {
                 let place = path.key("points_per_cell");
                 let message = "the points of this body come from a file";
                 self.require(
@@ -49,13 +54,28 @@ impl Check<'_> {
                 self.point_file(&path.key("shape").key("points").key("file"), file)
                     .map(PointSource::List)
             }
-            shape => self.lattice(path, keys, shape),
+            Some(shape) => self.lattice(path, keys, shape),
         };
+        if !self.has_mesh() {
+            let message = "a body made of material points has no mesh";
+            let expected = "mesh with model.method: fem, or a shape";
+            self.require(keys.mesh.is_none(), &path.key("mesh"), message, expected);
+        }
         Some(Body {
             name: keys.name.clone(),
             material: material?,
             points: points?,
         })
+    }
+
+    /// The mesh was checked with the section of the grid, which it replaces.
+    fn points_of_mesh(&mut self, path: &Path, keys: &BodyKeys) -> Option<PointSource> {
+        let message = "a body of finite elements has its shape in its mesh";
+        self.require(keys.shape.is_none(), &path.key("shape"), message, "mesh, and no shape");
+        let gauss = keys.placement != Some(PlacementName::Even);
+        let message = "the points of a mesh are those of Gauss";
+        self.require(gauss, &path.key("placement"), message, "gauss, or nothing");
+        self.mesh.clone().map(PointSource::Mesh)
     }
 
     fn lattice(&mut self, path: &Path, keys: &BodyKeys, shape: &ShapeKeys) -> Option<PointSource> {
@@ -64,7 +84,14 @@ impl Check<'_> {
         if let Some(shape) = &shape {
             self.inside_grid(&place, shape);
         }
-        let points_per_cell = self.points_per_cell(&path.key("points_per_cell"), keys);
+        let place = path.key("points_per_cell");
+        let points_per_cell = match &keys.points_per_cell {
+            Some(given) => self.points_per_cell(&place, given),
+            None => {
+                self.report(&place, "this key is missing", points_bounds());
+                None
+            }
+        };
         Some(PointSource::Lattice {
             shape: shape?,
             points_per_cell: points_per_cell?,
@@ -73,10 +100,10 @@ impl Check<'_> {
     }
 
     /// Points with domains must fill their cells without gaps, which those of Gauss do not.
-    fn placement(&mut self, path: &Path, name: PlacementName) -> Option<Placement> {
+    fn placement(&mut self, path: &Path, name: Option<PlacementName>) -> Option<Placement> {
         let placement = match name {
-            PlacementName::Even => Placement::Even,
-            PlacementName::Gauss => Placement::Gauss,
+            None | Some(PlacementName::Even) => Placement::Even,
+            Some(PlacementName::Gauss) => Placement::Gauss,
         };
         let domains = self.grid.as_ref().is_some_and(|grid| grid.basis == BasisKind::Gimp);
         let message = "domains around Gauss points do not fill the cell";
@@ -85,12 +112,7 @@ impl Check<'_> {
             .then_some(placement)
     }
 
-    fn points_per_cell(&mut self, path: &Path, keys: &BodyKeys) -> Option<[usize; 3]> {
-        let bounds = format!("a whole number from 1 to {MAXIMUM_POINTS}");
-        let Some(given) = &keys.points_per_cell else {
-            self.report(path, "this key is missing", bounds);
-            return None;
-        };
+    pub(super) fn points_per_cell(&mut self, path: &Path, given: &OneOrPerAxis<usize>) -> Option<[usize; 3]> {
         let numbers = self.per_axis(path, given)?;
         let mut points = [1; 3];
         let mut right = true;
@@ -98,7 +120,7 @@ impl Check<'_> {
             points[axis] = number;
             let message = format!("{number} is out of bounds");
             let holds = (1..=MAXIMUM_POINTS).contains(&number);
-            right &= self.require(holds, &axis_path(path, given, axis), message, bounds.clone());
+            right &= self.require(holds, &axis_path(path, given, axis), message, points_bounds());
         }
         right.then_some(points)
     }
@@ -131,4 +153,8 @@ impl Check<'_> {
             }
         }
     }
+}
+
+fn points_bounds() -> String {
+    format!("a whole number from 1 to {MAXIMUM_POINTS}")
 }

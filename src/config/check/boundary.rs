@@ -1,4 +1,4 @@
-//! Conditions on nodes of the grid.
+//! Conditions on nodes of the grid or mesh.
 
 use super::Check;
 use super::shape::axis_index;
@@ -60,6 +60,11 @@ impl Check<'_> {
         let (axis, place) = match face {
             ScalarOr::Scalar(FaceName::All) => return self.sound(path).then_some(None),
             ScalarOr::Scalar(name) => (face_axis(*name).0, path.clone()),
+            ScalarOr::Collection(_) if self.has_mesh() => {
+                let expected = "a face of the mesh: x_min to z_max along its own axes, or all";
+                self.report(path, "a mesh has no planes of nodes", expected);
+                return None;
+            }
             ScalarOr::Collection(plane) => (axis_index(plane.axis), path.key("axis")),
         };
         let exists = axis < self.kinematics.dimension();

@@ -16,7 +16,10 @@ const ROUND_OFF: f64 = 1e-9;
 impl Check<'_> {
     pub(super) fn grid(&mut self) -> Option<GridSettings> {
         let path = Path::root().key("grid");
-        let keys = &self.config.grid;
+        let Some(keys) = &self.config.grid else {
+            self.report(&path, "this key is missing", "min, max and cell_size or cells");
+            return None;
+        };
         let min = self.vector(&path.key("min"), &keys.min);
         let max = self.vector(&path.key("max"), &keys.max);
         let given = (keys.cell_size.as_ref(), keys.cells.as_ref());

@@ -4,8 +4,7 @@ use super::Check;
 use super::material::Material;
 use crate::config::file::{LoadKeys, OneOrPerAxis, ScalarOr, SelectionKeys};
 use crate::config::path::Path;
-use crate::points::select::Selection;
-use crate::scene::{Kinematics, Load, LoadKind};
+use crate::scene::{Kinematics, Load, LoadKind, Target};
 
 const KINDS: &str = "exactly one of specific_weight, gravity, force, couple";
 
@@ -79,7 +78,7 @@ impl Check<'_> {
         );
     }
 
-    fn points_of(&mut self, path: &Path, keys: &LoadKeys) -> Option<Selection> {
+    fn points_of(&mut self, path: &Path, keys: &LoadKeys) -> Option<Target> {
         let path = path.key("at");
         let Some(at) = &keys.at else {
             self.report(
@@ -94,7 +93,7 @@ impl Check<'_> {
             self.report(&path.key("load"), message, "nearest, layer or within");
             return None;
         }
-        self.selection(&path, at)
+        self.target(&path, at)
     }
 
     /// Three numbers, or one about z in plane strain, where the others must be zero.

@@ -7,6 +7,7 @@ mod boundary;
 mod grid;
 mod load;
 mod material;
+mod mesh;
 mod output;
 mod point_file;
 mod selection;
@@ -22,6 +23,7 @@ use super::path::Path;
 use super::source::Source;
 use super::tree::shorten;
 use crate::material::spec::MaterialKeys;
+use crate::points::elements::MeshSettings;
 use crate::scene::{ContinuumKind, GridSettings, Kinematics, Scene};
 
 /// The scene that a configuration describes, or `None` with the reasons in `findings`.
@@ -34,10 +36,16 @@ pub fn check(config: &ConfigFile, source: &Source, files: &Files, findings: &mut
         kinematics: Kinematics::PlaneStrain,
         continuum: ContinuumKind::Micropolar,
         grid: None,
+        mesh: None,
     };
     check.continuum = check.continuum();
     check.kinematics = check.kinematics();
-    check.grid = check.grid();
+    if check.has_mesh() {
+        check.mesh = check.mesh();
+        check.grid = check.grid_of_mesh();
+    } else {
+        check.grid = check.grid();
+    }
     let specs = check.materials();
     let bodies = check.bodies();
     let (materials, regions) = check.regions(specs);
@@ -80,6 +88,8 @@ struct Check<'a> {
     continuum: ContinuumKind,
     /// The grid, where it is known.
     grid: Option<GridSettings>,
+    /// The mesh of finite elements, where there is one and it is known.
+    mesh: Option<MeshSettings>,
 }
 
 impl Check<'_> {
@@ -103,9 +113,10 @@ impl Check<'_> {
     /// As typed; where that is wrong, what the grid looks like, so that vectors can be checked.
     fn kinematics(&self) -> Kinematics {
         let typed = self.sound(&Path::root().key("model").key("kinematics"));
+        let in_space = self.config.grid.as_ref().is_some_and(|grid| grid.min.len() == 3);
         match self.config.model.kinematics {
             KinematicsName::ThreeDimensional => Kinematics::ThreeDimensional,
-            KinematicsName::PlaneStrain if !typed && self.config.grid.min.len() == 3 => Kinematics::ThreeDimensional,
+            KinematicsName::PlaneStrain if !typed && in_space => Kinematics::ThreeDimensional,
             KinematicsName::PlaneStrain => Kinematics::PlaneStrain,
         }
     }

@@ -5,7 +5,8 @@ use crate::condition::dirichlet::Component;
 use crate::config::file::{BoundaryComponentKeys, FieldName, HistoryKeys};
 use crate::config::path::Path;
 use crate::config::write;
-use crate::scene::{HistoryColumn, HistoryQuantity, Kinematics, OutputSettings, PointField, Reduction};
+use crate::grid::mesh::MeshFace;
+use crate::scene::{HistoryColumn, HistoryQuantity, Kinematics, OutputSettings, PointField, Reduction, Target};
 
 /// Columns that `history.csv` always has.
 const FIXED_COLUMNS: [&str; 5] = ["step", "stage", "load_factor", "step_size", "newton_iterations"];
@@ -101,7 +102,10 @@ impl Check<'_> {
         keys: &HistoryKeys,
     ) -> Option<HistoryQuantity> {
         let at = match &keys.at {
-            Some(at) => Some(self.selection(&path.key("at"), at)?),
+            Some(at) => match self.target(&path.key("at"), at)? {
+                Target::Points(selection) => Some(selection),
+                Target::Face(face) => return self.mean_of_face(&path.key(key), key, field, face),
+            },
             None => None,
         };
         let reduction = match key {
@@ -120,6 +124,15 @@ impl Check<'_> {
             field: point_field(field),
             at,
         })
+    }
+
+    /// Nodes of a face know where they are, and no more.
+    fn mean_of_face(&mut self, path: &Path, key: &str, field: FieldName, face: MeshFace) -> Option<HistoryQuantity> {
+        let known = matches!(field, FieldName::Displacement | FieldName::Position) && key == "mean";
+        let message = "this is not known on a face of the mesh";
+        let field = point_field(field);
+        self.require(known, path, message, "mean of displacement or position")
+            .then_some(HistoryQuantity::FaceMean { field, face })
     }
 
     fn boundary_component(&mut self, path: &Path, keys: &BoundaryComponentKeys) -> Option<(usize, Component)> {

@@ -5,15 +5,19 @@ use super::boundary::face_axis;
 use crate::config::file::{FaceName, LayerKeys, SelectionKeys};
 use crate::config::path::Path;
 use crate::points::select::Selection;
+use crate::scene::Target;
 
 impl Check<'_> {
-    pub(super) fn selection(&mut self, path: &Path, keys: &SelectionKeys) -> Option<Selection> {
-        match keys {
+    /// Points, or a face of a mesh.
+    pub(super) fn target(&mut self, path: &Path, keys: &SelectionKeys) -> Option<Target> {
+        let selection = match keys {
             SelectionKeys::Nearest(position) => self.vector(&path.key("nearest"), position).map(Selection::Nearest),
             SelectionKeys::Layer(layer) => self.layer(&path.key("layer"), layer),
             SelectionKeys::Within(shape) => self.shape(&path.key("within"), shape).map(Selection::Within),
-            SelectionKeys::Load(name) => self.load_with_points(&path.key("load"), name).map(Selection::Load),
-        }
+            SelectionKeys::Load(name) => return self.target_of_load(&path.key("load"), name),
+            SelectionKeys::Face(face) => return self.face_of_mesh(&path.key("face"), *face).map(Target::Face),
+        };
+        selection.map(Target::Points)
     }
 
     fn layer(&mut self, path: &Path, keys: &LayerKeys) -> Option<Selection> {
@@ -21,6 +25,11 @@ impl Check<'_> {
         let known: Vec<_> = config.bodies.iter().map(|body| body.name.as_str()).collect();
         let body = self.lookup(&path.key("body"), &keys.body, "body", "bodies", &known);
         let direction = match (keys.face, &keys.direction) {
+            (Some(_), None) if self.has_mesh() => {
+                let expected = "direction; or {face: x_max} in place of layer for a face of the mesh";
+                self.report(&path.key("face"), "there is no grid with faces", expected);
+                None
+            }
             (Some(face), None) => self.face_direction(&path.key("face"), face),
             (None, Some(direction)) => self.direction(&path.key("direction"), direction),
             _ => {
@@ -56,13 +65,18 @@ impl Check<'_> {
         right.then(|| direction.map(|value| value / length))
     }
 
-    /// The index of a named load that acts on selected points.
-    fn load_with_points(&mut self, path: &Path, name: &str) -> Option<usize> {
+    /// What a named load acts on.
+    fn target_of_load(&mut self, path: &Path, name: &str) -> Option<Target> {
         let index = self.named_load(path, name)?;
-        let has_points = self.config.loads[index].at.is_some();
+        let at = &self.config.loads[index].at;
+        if let Some(SelectionKeys::Face(face)) = at {
+            // Reported where the load names it.
+            let place = Path::root().key("loads").index(index).key("at").key("face");
+            return self.face_of_mesh(&place, *face).map(Target::Face);
+        }
         let message = format!("the load \"{name}\" acts on no selected points");
-        self.require(has_points, path, message, "a load of force or couple")
-            .then_some(index)
+        self.require(at.is_some(), path, message, "a load of force or couple")
+            .then_some(Target::Points(Selection::Load(index)))
     }
 
     /// The index of a named load.

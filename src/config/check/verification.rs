@@ -29,13 +29,9 @@ impl Check<'_> {
             return Some(None);
         };
         let path = Path::root().key("verification").key("manufactured");
-        let message = "the manufactured solution is one of the micropolar continuum";
-        if !self.require(
-            self.continuum == ContinuumKind::Micropolar,
-            &path,
-            message,
-            "continuum: micropolar",
-        ) {
+        let message = "the manufactured solution is one of material points of the micropolar continuum";
+        let micropolar = self.continuum == ContinuumKind::Micropolar && !self.has_mesh();
+        if !self.require(micropolar, &path, message, "continuum: micropolar and method: mpm") {
             return None;
         }
         let amplitude = self.amplitude(&path.key("amplitude"), &keys.amplitude);
@@ -106,8 +102,8 @@ impl Check<'_> {
         let expected = "one body with verification.manufactured";
         self.require(bodies.len() <= 1, &section, "there are several bodies", expected);
         let body = bodies.first().filter(|_| bodies.len() == 1)?;
-        let fills = |shape: &ShapeKeys| match shape {
-            ShapeKeys::Box(keys) => {
+        let fills = |shape: &Option<ShapeKeys>| match shape {
+            Some(ShapeKeys::Box(keys)) => {
                 let at = |corner: &[f64], end: f64| corner.iter().all(|x| (x - end).abs() <= ROUND_OFF);
                 at(&keys.min, 0.0) && at(&keys.max, 1.0)
             }
