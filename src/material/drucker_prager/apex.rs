@@ -2,8 +2,8 @@
 //!
 //! At the apex `S(Gammae) = 0` and `sym tau = (k + H chi)/alpha I`; the skew part of `tau` stays elastic. The plastic
 //! flow of the step is a symmetric tensor `D`, `Ue = exp(-D) Ue*`: as many unknowns as equations. The flow `D_G` of the
-//! wryness is the one that the cone tends to, the smallest that takes the couples away: where `S` is singular, parts of
-//! `Gammae` stay elastic (`couples.rs`). Every direction between those of the cone is open at the apex, hence
+//! wryness that counts is the one that the cone tends to, the smallest that takes the couples away: where `S` is
+//! singular, part of `Gammae` has no couples and needs none (`couples.rs`); it is set to zero, which no stress notices. Every direction between those of the cone is open at the apex, hence
 //!
 //! ```text
 //! chi = chi~ + tr D/beta
@@ -99,7 +99,8 @@ impl DruckerPrager {
         }
         Ok(Returned {
             stretch: state.point.stretch,
-            wryness: state.couples.wryness,
+            // What is left of it in the kernel of S has no stress and no say in later flow: zero is as good, and plain.
+            wryness: Matrix3::zeros(),
             chi: trial.old.chi + state.multiplier,
             branch: Branch::Apex,
         })

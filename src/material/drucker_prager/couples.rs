@@ -8,8 +8,8 @@
 //! ```
 //!
 //! Only the parts of `Gammae*` with couples flow. Where `S` is singular (bounded stiffness: no couples of a spherical or
-//! skew wryness), the others stay elastic for every `y`, at the apex too: asking for `Gammae = 0` there would be a flow
-//! that no point of the cone has.
+//! skew wryness), the others need no flow for any `y`, nor at the apex: to count the flow to `Gammae = 0` there would
+//! refuse strains that no point of the cone answers either.
 
 use super::{DruckerPrager, NoSolution, Trial};
 use crate::material::active::ActiveSet;
