@@ -17,8 +17,9 @@
 //! Ue* = U Fp~^-1           Gammae* = Gamma - Gammap~
 //! ```
 //!
-//! (file `cone.rs`; `estimate.rs` says where its iteration starts). Beyond the apex no point of the cone is reached;
-//! `apex.rs` has the return to it and the condition that tells the two apart. Only the symmetric part of `tau` yields.
+//! (file `cone.rs`; `estimate.rs` says where its iteration starts; `search.rs` finds by bracketing what that iteration
+//! misses). Beyond the apex no point of the cone is reached; `apex.rs` has the return to it and the condition that tells
+//! the two apart. Only the symmetric part of `tau` yields.
 //! With `alpha = beta = 0` (von Mises) there is no apex. What leaves the law, per unit reference volume:
 //! `B = tau U^-T = B(Ue - I) Fp^-T` and `S(Gammae)`.
 //!
@@ -32,7 +33,9 @@
 
 mod apex;
 mod cone;
+mod couples;
 mod estimate;
+mod search;
 
 use super::active::{ActiveSet, Pair, PlaneSet, SpaceSet};
 use super::elastic::{ElasticMaps, require_finite};
@@ -272,7 +275,7 @@ impl DruckerPrager {
         rate
     }
 
-    fn respond_in<A: ActiveSet, const CONE: usize, const APEX: usize>(
+    fn respond_in<A: ActiveSet, const CONE: usize, const APEX: usize, const WRYNESS: usize>(
         &self,
         trial: &Trial,
         trial_point: &StressPoint,
@@ -282,16 +285,19 @@ impl DruckerPrager {
             wryness: trial.wryness,
             ratio: 0.0,
         };
-        let apex = || self.return_to_apex::<A, APEX>(trial);
+        let apex = || self.return_to_apex::<A, APEX, WRYNESS>(trial);
         let cone = |start: &Start, unknown| self.return_to_cone::<A, CONE>(trial, start, unknown);
+        let search = |y: f64| self.search_cone::<A, WRYNESS, APEX>(trial, y);
         match self.estimate(trial, trial_point) {
             Estimate::Cone(start) => cone(&start, Unknown::Ratio)
                 .or_else(|_| cone(&start, Unknown::Multiplier))
                 .or_else(|_| cone(&elastic, Unknown::Multiplier))
+                .or_else(|_| search(1.0 / (1.0 + 3.0 * self.elastic.mu * start.ratio)))
                 .or_else(|failure| apex().map_err(|_| failure)),
             Estimate::Apex => apex()
                 .or_else(|_| cone(&elastic, Unknown::Ratio))
-                .or_else(|_| cone(&elastic, Unknown::Multiplier)),
+                .or_else(|_| cone(&elastic, Unknown::Multiplier))
+                .or_else(|_| search(0.5)),
         }
     }
 
@@ -318,7 +324,7 @@ impl DruckerPrager {
         }
     }
 
-    fn moduli_in<A: ActiveSet, const CONE: usize, const APEX: usize, const COLUMNS: usize>(
+    fn moduli_in<A: ActiveSet, const CONE: usize, const APEX: usize, const WRYNESS: usize, const COLUMNS: usize>(
         &self,
         strain: &MicropolarStrain,
         old: &[f64],
@@ -332,7 +338,7 @@ impl DruckerPrager {
                 .and_then(|trial| self.cone_moduli::<A, CONE, COLUMNS>(&trial, strain, new, out)),
             Branch::Apex => Trial::new(strain, old)
                 .ok()
-                .and_then(|trial| self.apex_moduli::<A, APEX, COLUMNS>(&trial, new, out)),
+                .and_then(|trial| self.apex_moduli::<A, APEX, WRYNESS>(&trial, new, out)),
         };
         // Also for a singular local problem, a limit of softening, where no consistent moduli exist.
         if found.is_none() {
@@ -396,8 +402,8 @@ impl Material<Micropolar> for DruckerPrager {
             return require_finite(stress);
         }
         let returned = match self.components {
-            Components::Plane => self.respond_in::<PlaneSet, 10, 4>(&trial, &trial_point),
-            Components::Space => self.respond_in::<SpaceSet, 19, 6>(&trial, &trial_point),
+            Components::Plane => self.respond_in::<PlaneSet, 10, 4, 4>(&trial, &trial_point),
+            Components::Space => self.respond_in::<SpaceSet, 19, 6, 9>(&trial, &trial_point),
         }?;
         let state = PlasticState {
             inverse_plastic_deformation: trial.total_stretch_inverse * returned.stretch,
@@ -422,8 +428,8 @@ impl Material<Micropolar> for DruckerPrager {
     ) {
         let new = PlasticState::unpack(new);
         match self.components {
-            Components::Plane => self.moduli_in::<PlaneSet, 10, 4, 6>(strain, old, &new, out),
-            Components::Space => self.moduli_in::<SpaceSet, 19, 6, 18>(strain, old, &new, out),
+            Components::Plane => self.moduli_in::<PlaneSet, 10, 4, 4, 6>(strain, old, &new, out),
+            Components::Space => self.moduli_in::<SpaceSet, 19, 6, 9, 18>(strain, old, &new, out),
         }
     }
 }

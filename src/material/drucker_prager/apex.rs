@@ -1,12 +1,13 @@
 //! Return to the apex of the cone.
 //!
-//! At the apex `Gammae = 0` and `sym tau = (k + H chi)/alpha I`; the skew part of `tau` stays elastic. The plastic flow
-//! of the step is a symmetric tensor `D`, `Ue = exp(-D) Ue*`: as many unknowns as equations. Every direction between
-//! those of the cone is open there, hence
+//! At the apex `S(Gammae) = 0` and `sym tau = (k + H chi)/alpha I`; the skew part of `tau` stays elastic. The plastic
+//! flow of the step is a symmetric tensor `D`, `Ue = exp(-D) Ue*`: as many unknowns as equations. The flow `D_G` of the
+//! wryness that counts is the one that the cone tends to, the smallest that takes the couples away: where `S` is
+//! singular, part of `Gammae` has no couples and needs none (`couples.rs`); it is set to zero, which no stress notices. Every direction between those of the cone is open at the apex, hence
 //!
 //! ```text
 //! chi = chi~ + tr D/beta
-//! e <= tr D/beta      e = sqrt(2/3 (dev D : dev D + lp^2 D_G : D_G))      D_G = Gammae* U^-1
+//! e <= tr D/beta      e = sqrt(2/3 (dev D : dev D + lp^2 D_G : D_G))      D_G = (Gammae* - Gammae) U^-1
 //! ```
 //!
 //! The second line tells the apex from the cone: a point of the cone with `q -> 0` has `D = dg N`, for which `e = dg`
@@ -17,6 +18,7 @@
 //! strain with `tr D >= 0`, and the multiplier is the norm of all flow, `sqrt(2/3 (D : D + lp^2 D_G : D_G))`: again the
 //! cone's where the two meet (`tr D = 0`), and smooth beyond.
 
+use super::couples::Couples;
 use super::{Branch, DruckerPrager, MOST_HALVINGS, MOST_ITERATIONS, PlasticState, Returned, StressPoint, Trial};
 use super::{MicropolarModuli, NoSolution, force_rate};
 use crate::continuum::tensor::{SymmetricExponential, component, symmetric, symmetric_eigen};
@@ -32,6 +34,7 @@ const PLAY: f64 = 1e-6;
 struct ApexState {
     /// `D`.
     flow: Matrix3<f64>,
+    couples: Couples,
     exponential: SymmetricExponential,
     point: StressPoint,
     /// Increment of `chi`.
@@ -42,14 +45,18 @@ struct ApexState {
 
 impl DruckerPrager {
     /// Return to the apex, if the strain belongs to it.
-    pub(super) fn return_to_apex<A: ActiveSet, const N: usize>(&self, trial: &Trial) -> Result<Returned, NoSolution> {
+    pub(super) fn return_to_apex<A: ActiveSet, const N: usize, const WRYNESS: usize>(
+        &self,
+        trial: &Trial,
+    ) -> Result<Returned, NoSolution> {
         if self.plastic.friction_slope == 0.0 {
             return Err(NoSolution {
                 what: "a cylinder has no apex",
                 residual: f64::INFINITY,
             });
         }
-        let mut state = self.apex_state(trial, &Matrix3::zeros());
+        let couples = self.couples_at::<A, WRYNESS>(trial, 0.0)?;
+        let mut state = self.apex_state(trial, &couples, &Matrix3::zeros());
         let mut last: Option<Factors<N>> = None;
         for _ in 0..MOST_ITERATIONS {
             if self.apex_converged(trial, &state) {
@@ -77,7 +84,7 @@ impl DruckerPrager {
     fn accept_apex(&self, trial: &Trial, state: &ApexState) -> Result<Returned, NoSolution> {
         let volume_flow = state.flow.trace();
         let deviatoric = state.flow - Matrix3::from_diagonal_element(volume_flow / 3.0);
-        let shear_flow = self.equivalent_flow(&deviatoric, &self.couple_flow_at_apex(trial));
+        let shear_flow = self.equivalent_flow(&deviatoric, &state.couples);
         let beta = self.plastic.dilatancy_slope;
         let admissible = if beta == 0.0 {
             volume_flow >= -PLAY * shear_flow
@@ -92,6 +99,7 @@ impl DruckerPrager {
         }
         Ok(Returned {
             stretch: state.point.stretch,
+            // What is left of it in the kernel of S has no stress and no say in later flow: zero is as good, and plain.
             wryness: Matrix3::zeros(),
             chi: trial.old.chi + state.multiplier,
             branch: Branch::Apex,
@@ -99,13 +107,14 @@ impl DruckerPrager {
     }
 
     /// Consistent moduli; `None` where the local problem is singular.
-    pub(super) fn apex_moduli<A: ActiveSet, const N: usize, const COLUMNS: usize>(
+    pub(super) fn apex_moduli<A: ActiveSet, const N: usize, const WRYNESS: usize>(
         &self,
         trial: &Trial,
         new: &PlasticState,
         out: &mut MicropolarModuli,
     ) -> Option<()> {
-        let state = self.apex_state(trial, &self.flow_between(trial, new)?);
+        let couples = self.couples_at::<A, WRYNESS>(trial, 0.0).ok()?;
+        let state = self.apex_state(trial, &couples, &self.flow_between(trial, new)?);
         let factors = self.apex_system::<A, N>(&state, trial).factorise()?;
         let (chi_by_stretch, chi_by_wryness) = self.multiplier_by_strain(trial, &state);
         let old_inverse = &trial.old.inverse_plastic_deformation;
@@ -155,14 +164,15 @@ impl DruckerPrager {
         Some(directions * Matrix3::from_diagonal(&values.map(|value| -value.ln())) * directions.transpose())
     }
 
-    fn apex_state(&self, trial: &Trial, flow: &Matrix3<f64>) -> ApexState {
+    fn apex_state(&self, trial: &Trial, couples: &Couples, flow: &Matrix3<f64>) -> ApexState {
         let exponential = SymmetricExponential::new(&-flow);
-        let point = self.stress_point(trial, &(exponential.value * trial.stretch), &Matrix3::zeros());
-        let multiplier = self.multiplier_at_apex(trial, flow);
+        let point = self.stress_point(trial, &(exponential.value * trial.stretch), &couples.wryness);
+        let multiplier = self.multiplier_at_apex(couples, flow);
         let apex = self.strength(trial.old.chi + multiplier) / self.plastic.friction_slope;
         let residual = (point.symmetric_stress - Matrix3::from_diagonal_element(apex)) / (2.0 * self.elastic.mu);
         ApexState {
             flow: *flow,
+            couples: *couples,
             exponential,
             point,
             multiplier,
@@ -170,24 +180,20 @@ impl DruckerPrager {
         }
     }
 
-    fn multiplier_at_apex(&self, trial: &Trial, flow: &Matrix3<f64>) -> f64 {
+    fn multiplier_at_apex(&self, couples: &Couples, flow: &Matrix3<f64>) -> f64 {
         let beta = self.plastic.dilatancy_slope;
         if beta == 0.0 {
-            self.equivalent_flow(flow, &self.couple_flow_at_apex(trial))
+            self.equivalent_flow(flow, couples)
         } else {
             flow.trace() / beta
         }
     }
 
     /// `sqrt(2/3 (D : D + lp^2 D_G : D_G))`.
-    fn equivalent_flow(&self, flow: &Matrix3<f64>, couple_flow: &Matrix3<f64>) -> f64 {
-        let couples = self.plastic.plastic_length.powi(2) * couple_flow.norm_squared();
+    fn equivalent_flow(&self, flow: &Matrix3<f64>, couples: &Couples) -> f64 {
+        // lp^2 D_G : D_G with D_G = M U^T/(2 mu lp^2)
+        let couples = couples.square / (2.0 * self.elastic.mu).powi(2);
         (2.0 / 3.0 * (flow.norm_squared() + couples)).sqrt()
-    }
-
-    /// `D_G`.
-    fn couple_flow_at_apex(&self, trial: &Trial) -> Matrix3<f64> {
-        trial.wryness * trial.total_stretch_inverse
     }
 
     fn apex_converged(&self, trial: &Trial, state: &ApexState) -> bool {
@@ -232,7 +238,7 @@ impl DruckerPrager {
             flow[(i, j)] -= fraction * value;
             flow[(j, i)] = flow[(i, j)];
         }
-        self.apex_state(trial, &flow)
+        self.apex_state(trial, &state.couples, &flow)
     }
 
     /// Derivatives of the residual by the independent components of `D`.
@@ -287,14 +293,15 @@ impl DruckerPrager {
         self.plastic.dilatancy_slope == 0.0 && self.plastic.hardening_modulus != 0.0
     }
 
-    /// Derivatives of the multiplier by total stretch and wryness at fixed `D`, through `D_G = Gammae* U^-1`.
+    /// Derivatives of the multiplier by total stretch and wryness at fixed `D`, through the smallest `D_G` with
+    /// `S(Gammae* - D_G U) = 0`: half of the change of `D_G : D_G` is `c M : (d Gammae* - D_G dU)`.
     fn multiplier_by_strain(&self, trial: &Trial, state: &ApexState) -> (Matrix3<f64>, Matrix3<f64>) {
         if !self.chi_couples() || state.multiplier == 0.0 {
             return (Matrix3::zeros(), Matrix3::zeros());
         }
-        let couple_flow = self.couple_flow_at_apex(trial);
+        let couple_flow = state.couples.flow_factor * trial.total_stretch.transpose();
         let factor = 2.0 / 3.0 * self.plastic.plastic_length.powi(2) / state.multiplier;
-        let by_wryness = couple_flow * trial.total_stretch_inverse.transpose() * factor;
+        let by_wryness = state.couples.flow_factor * factor;
         (-couple_flow.tr_mul(&by_wryness), by_wryness)
     }
 }

@@ -46,18 +46,13 @@ impl DruckerPrager {
     }
 
     fn parts(&self, trial: &Trial, point: &StressPoint) -> Parts {
-        let elastic = &self.elastic;
         let length_squared = self.plastic.plastic_length.powi(2);
-        let moduli = [
-            3.0 * elastic.alpha + 2.0 * elastic.gamma,
-            2.0 * elastic.gamma,
-            2.0 * elastic.beta,
-        ];
+        let moduli = self.couple_moduli();
         let upper = symmetric(&trial.wryness);
         let spherical = Matrix3::from_diagonal_element(upper.trace() / 3.0);
         let wrynesses = [spherical, upper - spherical, trial.wryness - upper];
         let mut shares = [1.5 * point.deviator.norm_squared(), 0.0, 0.0, 0.0];
-        let mut rates = [3.0 * elastic.mu, 0.0, 0.0, 0.0];
+        let mut rates = [3.0 * self.elastic.mu, 0.0, 0.0, 0.0];
         for (m, modulus) in moduli.into_iter().enumerate() {
             shares[m + 1] = 1.5 * modulus * modulus * wrynesses[m].norm_squared() / length_squared;
             rates[m + 1] = 1.5 * modulus / length_squared;
