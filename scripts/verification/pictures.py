@@ -1,0 +1,92 @@
+"""Pictures of the page: curves with the reference over them, and deformed points."""
+
+import sys
+from dataclasses import dataclass, field
+from typing import Optional
+
+import matplotlib
+import numpy
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402  the way of drawing is chosen first
+
+from .runs import ROOT  # noqa: E402
+
+sys.path.insert(0, str(ROOT / "scripts"))
+import plot_points  # noqa: E402  a script beside this folder
+
+FOLDER = ROOT / "docs" / "pictures" / "verification"
+LARGEST = 120_000
+LINES = ["-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1))]
+
+
+@dataclass
+class Curves:
+    """Curves of runs as lines, those of references as marks. Each is a name and a function of the runs that gives
+    abscissas and values; that of a reference takes nothing."""
+
+    name: str
+    about: str
+    x: str
+    y: str
+    runs: list
+    references: list = field(default_factory=list)
+    logarithmic: bool = False
+
+    def draw(self, runs):
+        figure, axes = plt.subplots(figsize=(6.0, 4.0), dpi=100, layout="constrained")
+        for place, (label, curve) in enumerate(self.runs):
+            axes.plot(*curve(runs), linestyle=LINES[place % len(LINES)], color=f"C{place}", label=label, zorder=2)
+        for place, (label, curve) in enumerate(self.references):
+            mark = "os^Dv"[place % 5]
+            axes.plot(*curve(), mark, color="black", fillstyle="none", markersize=4.5, label=label, zorder=3)
+        axes.set_xlabel(self.x)
+        axes.set_ylabel(self.y)
+        if self.logarithmic:
+            axes.set_xscale("log", base=2)
+            axes.set_yscale("log")
+        axes.grid(color="0.9")
+        axes.set_axisbelow(True)
+        axes.legend(fontsize="small")
+        return figure
+
+
+@dataclass
+class Points:
+    """The points of one snapshot, coloured by a field; the first snapshot stands behind in grey."""
+
+    name: str
+    about: str
+    scene: str
+    field: str = "chi"
+    component: str = "norm"
+    time: Optional[float] = None
+
+    def draw(self, runs):
+        _, position, fields, initial = runs[self.scene].points(self.time)
+        values, label = plot_points.choose(fields, self.field, self.component)
+        if numpy.ptp(position[:, 2]) > 0.0:
+            figure, _, coloured = plot_points.draw_space(position, fields, initial, values)
+            figure.colorbar(coloured, cax=figure.add_axes((0.87, 0.2, 0.025, 0.6)), label=label)
+        else:
+            figure, axes, coloured = plot_points.draw_plane(position, fields, initial, values)
+            figure.colorbar(coloured, ax=axes, shrink=0.75, label=label)
+        figure.suptitle(self.about)
+        figure.set_dpi(90)
+        return figure
+
+
+def save(picture, runs):
+    """Draws a picture to its file, and returns the file.
+
+    Raises an error where it is larger than a page can bear.
+    """
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    path = FOLDER / f"{picture.name}.png"
+    figure = picture.draw(runs)
+    # Without the date and the version of the library the same picture is the same file.
+    figure.savefig(path, dpi=figure.get_dpi(), metadata={"Software": None})
+    plt.close(figure)
+    if path.stat().st_size > LARGEST:
+        raise RuntimeError(f"{path} has {path.stat().st_size} bytes, more than {LARGEST}")
+    return path
