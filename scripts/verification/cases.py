@@ -87,12 +87,13 @@ def manufactured():
     ]
     cells = list(CUBES)
     marks = [
-        (f"{INDEPENDENT}: {name}", lambda key=key: (cells, [expected[count][key] for count in cells]))
-        for key, name, _ in NORMS.values()
+        (INDEPENDENT if key == "e_u" else "", lambda key=key: (cells, [expected[count][key] for count in cells]))
+        for key, _, _ in NORMS.values()
     ]
     setup = (
-        "A unit cube with all components fixed on its faces carries the body force and couple for which sine products of "
-        "amplitude 1/30 are the exact displacement and rotation. 2 x 2 x 2 Gauss points a cell, one step."
+        "A unit cube with all components fixed on its faces carries the body force and couple for which sine "
+        "products of amplitude 1/30 are the exact displacement and rotation. 2 x 2 x 2 Gauss points a cell, one "
+        "step."
     )
     picture = Curves("manufactured", "Errors over the cells along an edge", "cells", "error", curves, marks, True)
     return Section(
@@ -166,8 +167,8 @@ def plane_cantilever():
     ]
     marks = [(f"(a), {INDEPENDENT}", lambda: ([-place[1] for place in tip][::3], (50.0 * loads)[::3]))]
     setup = (
-        "A beam of 10 x 1 m in plane strain under an end load of 50 kN per metre of thickness, on cells of 0.5 m with 4 x 4 "
-        "GIMPM points. Bending lengths of 0.1 m (a) and 1 m (b): the size effect of a micropolar solid."
+        "A beam of 10 x 1 m in plane strain under an end load of 50 kN per metre of thickness, on cells of 0.5 m "
+        "with 4 x 4 GIMPM points. Bending lengths of 0.1 m (a) and 1 m (b): the size effect of a micropolar solid."
     )
     pictures = [
         Curves("plane_cantilever", "Force over deflection", "deflection of the end [m]", "force [kN/m]", curves, marks),
@@ -202,7 +203,8 @@ def plane_cantilever_in_space():
     ]
     setup = (
         "Case (a) one cell of 1 m thick in three dimensions, with 4 x 4 x 4 points a cell and uz, rx and ry fixed "
-        "everywhere. It must give what plane strain gives; what it costs is in [lean.md](lean.md)."
+        "everywhere. It must give what plane strain gives, and does if the energy tolerance is not at the level of "
+        "round-off; what it costs is in [lean.md](lean.md)."
     )
     return Section(
         "plane_cantilever_in_space",
@@ -264,8 +266,8 @@ def curved_cantilever():
     ]
     marks.append(("classical beam", lambda: ([CLASSICAL_ARC[2]], [600.0])))
     setup = (
-        "45 degrees of a ring of 100 m radius, clamped at one end, under 600 N out of its plane in 15 steps; standard MPM "
-        "with 4 x 4 x 4 points a cell. The classical beam ends at (-23.30, 13.64, 53.21) m."
+        "45 degrees of a ring of 100 m radius, clamped at one end, under 600 N out of its plane in 15 steps; "
+        "standard MPM with 4 x 4 x 4 points a cell. The classical beam ends at (-23.30, 13.64, 53.21) m."
     )
     pictures = [
         Curves("curved_cantilever", "Force over deflection", "deflection out of the plane [m]", "force [N]", curves, marks),
@@ -301,7 +303,7 @@ def curved_cantilever_study():
             "bound set for this program",
             high=1000.0,
             unit="MB",
-            digits=3,
+            digits=4,
         ),
     ]
     setup = "The same with cells of 0.5 m, on two ranks. Paper and classical beam are 0.5 m apart by now."
@@ -350,7 +352,7 @@ def torsion():
             0.01,
         ),
         Check(
-            "where the angle is 2 pi at 32 MN m, in the initial state",
+            "where the angle is 2 pi at 32 MN m, in the deformed state",
             lambda runs: full_turn(runs[scene], 0.8),
             "read from a figure of the thesis: about 4 m",
             low=3.5,
@@ -373,14 +375,14 @@ def torsion():
             "Angle along the shaft at the end",
             "initial x [m]",
             "angle [rad]",
-            [("this program", lambda runs: twist_profile(runs[scene]))],
+            [("this program", lambda runs: twist_profile(runs[scene])[::2])],
             [(INDEPENDENT, lambda: (listed(expected["profile"], "X1")[::2], listed(expected["profile"], "twist")[::2]))],
         ),
         Points("torsion_shaft_rotation", "Size of the rotation, known up to full turns", scene, "rotation"),
     ]
     setup = (
-        "A shaft of 5 x 1 x 1 m, fixed at one end, under a couple of 40 MN m at the other; standard MPM, cells of 0.25 m. "
-        "The moment printed in the source, 8 GN m, cannot be meant: 25 MN m already turn the end once."
+        "A shaft of 5 x 1 x 1 m, fixed at one end, under a couple of 40 MN m at the other; standard MPM, cells of "
+        "0.25 m. The moment printed in the source, 8 GN m, cannot be meant: 25 MN m already turn the end once."
     )
     return Section(
         "torsion_shaft", "Torsion of a shaft", f"{MICROPOLAR}, section 3.5.3", setup, [scene], checks, pictures
@@ -469,9 +471,9 @@ def shear_layer():
         Points("shear_layer_chi", "39 rows: chi", "shear_layer_39"),
     ]
     setup = (
-        "A layer of 0.1 m, whose middle row has 0.9 times the strength, is sheared by 20 mm between rough plates; micropolar "
-        "Drucker-Prager law with an internal length of 5 mm, 4 x 4 points a cell. 9, 19 and 39 rows of cells in 200 steps, 39 in "
-        "ten as well."
+        "A layer of 0.1 m, whose middle row has 0.9 times the strength, is sheared by 20 mm between rough plates; "
+        "micropolar Drucker-Prager law with an internal length of 5 mm, 4 x 4 points a cell. 9, 19 and 39 rows of "
+        "cells in 200 steps, 39 in ten as well."
     )
     return Section(
         "shear_layer", "Micropolar shear layer", f"{MICROPOLAR}, section 4.4", setup, scenes, checks, pictures
@@ -512,8 +514,9 @@ def shear_layer_length():
         *(Points(f"shear_layer_length_{size}mm", f"Internal length {size} mm: chi", scenes[size]) for size in (2.5, 10.0)),
     ]
     setup = (
-        "The same layer on 39 rows with internal lengths of 2.5, 5 and 10 mm. The width of the band is the height over which "
-        "the mean chi of a row of points exceeds half of its largest value."
+        "The same layer on 39 rows with internal lengths of 2.5, 5 and 10 mm. The width of the band is that of a "
+        "uniform band with the largest chi (mean of a row of points) and the same integral over the height; it "
+        "cannot exceed the 100 mm of the layer."
     )
     return Section(
         "shear_layer_length",
@@ -588,8 +591,8 @@ def classical_shear_layer():
         Points("classical_shear_layer_chi", "39 rows: chi", "classical_shear_layer_39"),
     ]
     setup = (
-        "The layer again, of a classical continuum: Hencky elasticity and non-associated Drucker-Prager. Without an internal "
-        "length all shear after the peak gathers in one row of cells."
+        "The layer again, of a classical continuum: Hencky elasticity and non-associated Drucker-Prager. Without an "
+        "internal length all shear after the peak gathers in one row of cells."
     )
     return Section(
         "classical_shear_layer",
@@ -606,8 +609,8 @@ def classical_shear_layer():
 
 INCLINATION_NOTE = (
     "The source does not say how it measures. The ridge of chi is steeper than its 50 degrees in the independent "
-    "implementation too (56.0 with its own measure and cells of 1.25 mm, 56.3 with 5 mm). The principal axis of the points "
-    "above half of the largest chi, in the next row, is another measure. Stress, chi and rotation agree."
+    "implementation too (56.0 with its own measure and cells of 1.25 mm, 56.3 with 5 mm). The principal axis of the "
+    "points above half of the largest chi, in the next row, is another measure. Stress, chi and rotation agree."
 )
 
 
@@ -741,9 +744,9 @@ def biaxial():
         Points("biaxial_rotation", "Cells of 1.25 mm: rotation", finest, "rotation", "z"),
     ]
     setup = (
-        "A quarter of a block of dilatant soil (friction 30, dilatancy 10 degrees, internal length 2 mm), 50 x 100 mm, is "
-        "shortened by a fifth between rough platens; the grid follows the platen, and a ghost penalty supports cells at the edge. "
-        "Stress is the force of the platen over 25 mm. "
+        "A quarter of a block of dilatant soil (friction 30, dilatancy 10 degrees, internal length 2 mm), 50 x 100 "
+        "mm, is shortened by a fifth between rough platens; the grid follows the platen, and a ghost penalty "
+        "supports cells at the edge. Stress is the force of the platen over 25 mm."
     )
     return Section(
         "biaxial", "Biaxial test", f"{MICROPOLAR}, section 4.5.1", setup, list(scenes.values()), checks, pictures,
@@ -752,13 +755,14 @@ def biaxial():
 
 
 RIDGE_REMARK = (
-    "Inclinations are measured in the deformed state at the end, from the horizontal. Ridge: in strips of 2.5 mm between x = "
-    "7.5 and 22.5 mm the mean position, weighted with chi, of the points above nine tenths of the strip's largest chi; a straight "
-    "line through these by least squares. Principal axis: of all points above half of the largest chi, weighted with chi."
+    "Inclinations are measured in the deformed state at the end, from the horizontal. Ridge: in strips of 2.5 mm "
+    "between x = 7.5 and 22.5 mm the mean position, weighted with chi, of the points above nine tenths of the "
+    "strip's largest chi; a straight line through these by least squares. Principal axis: of all points above half "
+    "of the largest chi, weighted with chi."
 )
 APEX_NOTE = (
-    "The run ends before the full shortening with exit code 3: at points in tension near the apex of the cone the return map "
-    "fails however small the step. What is compared is the state it reached."
+    "The run ends before the full shortening with exit code 3: at points in tension near the apex of the cone the "
+    "return map fails however small the step. What is compared is the state it reached."
 )
 
 
@@ -885,8 +889,8 @@ def copper_wires():
         Points("copper_wire_12um", "12 um: chi", WIRES[12]),
     ]
     setup = (
-        "Wires of radius a, as long as they are thick, are twisted between plates that hold them straight; von Mises with an "
-        "internal length of 3.7 um. There is no reference: the order is what is expected."
+        "Wires of radius a, as long as they are thick, are twisted between plates that hold them straight; von Mises "
+        "with an internal length of 3.7 um. There is no reference: the order is what is expected."
     )
     return Section(
         "copper_wires",
@@ -918,7 +922,6 @@ def column_collapse():
             unit="m",
             digits=3,
         ),
-        Check("exit code", lambda runs: runs[scene].summary["exit_code"], "stopped before the end", 3, absolute=0.5),
     ]
     curve = expected["curve"]
     pictures = [
@@ -938,14 +941,15 @@ def column_collapse():
         Points("column_collapse_chi", "Last state: chi", scene),
     ]
     setup = (
-        "A block of soil of 1 x 1 m on a rough floor, on 12 x 12 cells, under a weight that grows to 20 kN/m3 in 40 steps. Load "
-        "control cannot pass a maximum of the load."
+        "A block of soil of 1 x 1 m on a rough floor, on 12 x 12 cells, under a weight that grows to 20 kN/m3 in 40 "
+        "steps. Load control cannot pass a maximum of the load."
     )
     remark = (
-        "The source goes to about 20 kN/m3 and 0.45 m before its analysis breaks down; this is not reproduced. The independent "
-        "implementation, which prescribes the displacement of the corner and rounds the cone, finds a maximum of 13.72 kN/m3 at "
-        "0.053 m and a falling branch behind it, and limit analysis with a matched cohesion gives 13.0 kN/m3. Following the "
-        "path past the maximum needs control by displacement, which the program does not have."
+        "The source goes to about 20 kN/m3 and 0.45 m before its analysis breaks down; this is not reproduced. The "
+        "independent implementation, which prescribes the displacement of the corner and rounds the cone, finds a "
+        "maximum of 13.72 kN/m3 at 0.053 m and a falling branch behind it, and limit analysis with a matched "
+        "cohesion gives 13.0 kN/m3. Following the path past the maximum needs control by displacement, which the "
+        "program does not have."
     )
     return Section(
         "column_collapse",
@@ -1015,8 +1019,8 @@ def column_self_weight():
         [("closed form", lambda: (closed, -0.8 * (50.0 - closed)))],
     )
     setup = (
-        "A column of 50 m on rollers, elastic and soft, halves its height under its weight in 40 steps; 64 cells with 2 x 2 "
-        "GIMPM points. The closed form for the stress is minus the weight above."
+        "A column of 50 m on rollers, elastic and soft, halves its height under its weight in 40 steps; 64 cells "
+        "with 2 x 2 GIMPM points. The closed form for the stress is minus the weight above."
     )
     return Section(
         "column_self_weight", "Column under its own weight", SOURCE_AMPLE, setup, [scene], checks, [picture], quick=True
@@ -1058,8 +1062,8 @@ def elastic_cantilever():
         ],
     )
     setup = (
-        "A classical elastic beam of 10 x 1 m bends to more than a right angle under 100 kN at its end; 6 x 6 GIMPM points a "
-        "cell of 0.5 m. The analytical solution is that of an inextensible beam."
+        "A classical elastic beam of 10 x 1 m bends to more than a right angle under 100 kN at its end; 6 x 6 GIMPM "
+        "points a cell of 0.5 m. The analytical solution is that of an inextensible beam."
     )
     return Section(
         "elastic_cantilever", "Elastic cantilever", SOURCE_AMPLE, setup, [scene], checks,
@@ -1095,8 +1099,8 @@ def elastoplastic_collapse():
         ],
     )
     setup = (
-        "Half of a block of soft clay, 8 x 8 m, flows apart on a frictionless floor under its weight in 40 steps; von Mises, "
-        "classical. 6 x 6 GIMPM points a cell of 2 m."
+        "Half of a block of soft clay, 8 x 8 m, flows apart on a frictionless floor under its weight in 40 steps; "
+        "von Mises, classical. 6 x 6 GIMPM points a cell of 2 m."
     )
     return Section(
         "elastoplastic_collapse",

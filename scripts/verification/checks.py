@@ -12,6 +12,15 @@ def reference(name):
     return json.loads((ROOT / "tests" / "reference" / f"{name}.json").read_text())
 
 
+# Shares below this are round-off, which differs from machine to machine.
+ROUND_OFF = 1e-8
+
+
+def percent(share, sign=""):
+    """A share for the page."""
+    return f"{100.0 * share:{sign}.2g} %" if abs(share) > ROUND_OFF else f"below {100.0 * ROUND_OFF:.0e} %"
+
+
 @dataclass
 class Check:
     """A quantity of the runs of a section.
@@ -36,6 +45,8 @@ class Check:
     note: str = ""
 
     def number(self, value):
+        if self.unit == "%" and abs(value) <= ROUND_OFF:
+            return f"below {100.0 * ROUND_OFF:.0e}"
         return f"{value * self.scale:.{self.digits}g}"
 
     def row(self, runs):
@@ -54,13 +65,13 @@ class Check:
         expected = {"expected": self.number(self.expected) + unit}
         if self.absolute is not None:
             shown, allowed = f"{difference * self.scale:+.2g}{unit}", f"{self.absolute * self.scale:.3g}{unit}"
-            return expected | {"difference": shown, "allowed": allowed, "holds": abs(difference) <= self.absolute}
+            return expected | {"difference": shown, "allowed": allowed, "holds": bool(abs(difference) <= self.absolute)}
         share = difference / abs(self.of or self.expected)
         measure = " of the length" if self.of else ""
         return expected | {
-            "difference": f"{100 * share:+.2g} %",
+            "difference": percent(share, "+"),
             "allowed": f"{100 * self.relative:.3g} %{measure}",
-            "holds": abs(share) <= self.relative,
+            "holds": bool(abs(share) <= self.relative),
         }
 
     def against_range(self, value, unit):
@@ -74,7 +85,7 @@ class Check:
             expected = f"{self.number(low)} to {self.number(high)}{unit}"
         beyond = max(low - value, value - high, 0.0)
         shown = "inside" if beyond == 0.0 else f"{beyond * self.scale:.2g}{unit} outside"
-        return {"expected": expected, "difference": shown, "allowed": "", "holds": beyond == 0.0}
+        return {"expected": expected, "difference": shown, "allowed": "", "holds": bool(beyond == 0.0)}
 
 
 def largest_difference(quantity, obtained, listed, source, relative, note=""):

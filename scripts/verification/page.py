@@ -1,5 +1,7 @@
 """Writes docs/verification.md."""
 
+import textwrap
+
 from .runs import ROOT
 
 PAGE = ROOT / "docs" / "verification.md"
@@ -21,6 +23,10 @@ cause stands below the table. A check without a tolerance states a number for wh
 Processor times are those of `summary.json`, the sum over the ranks, measured on a machine that others used at the same
 time: they say what order of time a run takes, no more.
 """
+
+
+def paragraph(text):
+    return textwrap.wrap(text, 118, break_long_words=False, break_on_hyphens=False)
 
 
 def cell(text):
@@ -62,7 +68,7 @@ def table_of_runs(runs):
 
 def section_lines(section, numbers):
     """The lines of a section, and its numbers outside without a note."""
-    lines = ["", f"## {section.title}", "", f"Source: {section.source}.", "", section.setup.strip(), "", "```sh"]
+    lines = ["", f"## {section.title}", "", f"Source: {section.source}.", "", *paragraph(section.setup), "", "```sh"]
     ranks = "" if section.ranks == 2 else f" -n {section.ranks}"
     lines += [f"./scripts/run.sh configs/{scene}.yaml{ranks}" for scene in section.scenes] + ["```", ""]
     if numbers is None:
@@ -70,9 +76,9 @@ def section_lines(section, numbers):
     checks, notes, unexplained = table_of_checks(numbers["rows"])
     lines += checks
     for note in notes:
-        lines += ["", f"**Outside:** {note}"]
+        lines += ["", *paragraph(f"**Outside:** {note}")]
     if section.remark:
-        lines += ["", section.remark]
+        lines += ["", *paragraph(section.remark)]
     for picture in section.pictures:
         lines += ["", f"![{picture.about}](pictures/verification/{picture.name}.png)"]
     lines += ["", *table_of_runs(numbers["runs"])]

@@ -39,15 +39,17 @@ class Curves:
             axes.plot(*curve(runs), linestyle=LINES[place % len(LINES)], color=f"C{place}", label=label, zorder=2)
         for place, (label, curve) in enumerate(self.references):
             mark = "os^Dv"[place % 5]
-            axes.plot(*curve(), mark, color="black", fillstyle="none", markersize=4.5, label=label, zorder=3)
+            axes.plot(*curve(), mark, color="black", fillstyle="none", markersize=4.5, label=label or None, zorder=3)
         axes.set_xlabel(self.x)
         axes.set_ylabel(self.y)
         if self.logarithmic:
             axes.set_xscale("log", base=2)
             axes.set_yscale("log")
+            # Room for the legend below the lines.
+            axes.set_ylim(bottom=axes.get_ylim()[0] / 50.0)
         axes.grid(color="0.9")
         axes.set_axisbelow(True)
-        axes.legend(fontsize="small")
+        axes.legend(fontsize="small", **({"loc": "lower left", "ncols": 2} if self.logarithmic else {}))
         return figure
 
 
@@ -66,7 +68,8 @@ class Points:
         _, position, fields, initial = runs[self.scene].points(self.time)
         values, label = plot_points.choose(fields, self.field, self.component)
         if numpy.ptp(position[:, 2]) > 0.0:
-            figure, _, coloured = plot_points.draw_space(position, fields, initial, values)
+            figure, axes, coloured = plot_points.draw_space(position, fields, initial, values)
+            fit_space(axes, position, coloured)
             figure.colorbar(coloured, cax=figure.add_axes((0.87, 0.2, 0.025, 0.6)), label=label)
         else:
             figure, axes, coloured = plot_points.draw_plane(position, fields, initial, values)
@@ -74,6 +77,17 @@ class Points:
         figure.suptitle(self.about)
         figure.set_dpi(90)
         return figure
+
+
+def fit_space(axes, position, dots):
+    """Larger dots where there are few of them, and few numbers along the short sides of a long body."""
+    dots.set_sizes([min(50.0, max(3.0, 20_000.0 / len(position)))])
+    axes.set_position((0.02, 0.06, 0.72, 0.86))
+    extents = numpy.ptp(position, axis=0)
+    for axis, extent in zip((axes.xaxis, axes.yaxis, axes.zaxis), extents):
+        if extent < 0.3 * extents.max():
+            axis.set_major_locator(plt.NullLocator())
+            axis.set_label_text("")
 
 
 def save(picture, runs):

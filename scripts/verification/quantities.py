@@ -9,19 +9,13 @@ def length(run, *columns):
 
 
 def band_width(run):
-    """Width of a horizontal band at the end: the height over which chi, as the mean of a row of points, exceeds half of
-    its largest value, in the initial state [m]."""
+    """Equivalent width of a horizontal band at the end, in the initial state [m]: that of a uniform band with the largest
+    chi, as the mean of a row of points, and the same integral over the height."""
     _, _, fields, (initial, half_lengths) = run.points()
     heights = numpy.round(initial[:, 1], 9)
     rows = numpy.unique(heights)
     means = numpy.array([fields["chi"][heights == row].mean() for row in rows])
-    inside = numpy.flatnonzero(means > 0.5 * means.max())
-    edges = []
-    for edge, step in ((inside[0], -1), (inside[-1], 1)):
-        # Between the last row inside and the first one outside by interpolation.
-        share = (means[edge] - 0.5 * means.max()) / (means[edge] - means[edge + step])
-        edges.append(rows[edge] + share * (rows[edge + step] - rows[edge]))
-    return edges[1] - edges[0]
+    return 2.0 * half_lengths[0, 1] * means.sum() / means.max()
 
 
 def ridge_inclination(run):
@@ -53,24 +47,25 @@ def axis_inclination(run):
     return numpy.degrees(numpy.arctan2(axes[1, 1], axes[0, 1])) % 180.0
 
 
-def full_turn(run, time):
-    """Where along a shaft, in the initial state, the angle about x reaches a full turn [m].
+def twist_profile(run, time=None):
+    """Initial and current coordinate of each section of a shaft along x [m], and its angle about x [rad].
 
     Rotations of the points are known up to full turns: they are averaged over each section on the circle, and continued
     from section to section.
     """
-    sections, angles = twist_profile(run, time)
-    return numpy.interp(2.0 * numpy.pi, angles, sections)
-
-
-def twist_profile(run, time=None):
-    """Initial coordinate of each section of a shaft along x [m], and its angle [rad]."""
-    _, _, fields, (initial, _) = run.points(time)
+    _, position, fields, (initial, _) = run.points(time)
     places = numpy.round(initial[:, 0], 9)
     sections = numpy.unique(places)
     angle = fields["rotation"][:, 0]
     means = [numpy.angle(numpy.exp(1j * angle[places == section]).mean()) for section in sections]
-    return sections, numpy.unwrap(means)
+    current = [position[places == section, 0].mean() for section in sections]
+    return sections, numpy.array(current), numpy.unwrap(means)
+
+
+def full_turn(run, time):
+    """Where along a shaft, in the deformed state, the angle about x reaches a full turn [m]."""
+    _, current, angles = twist_profile(run, time)
+    return numpy.interp(2.0 * numpy.pi, angles, current)
 
 
 def normalised_torque(run, diameter):
