@@ -97,7 +97,13 @@ def manufactured():
     )
     picture = Curves("manufactured", "Errors over the cells along an edge", "cells", "error", curves, marks, True)
     return Section(
-        "manufactured", "Manufactured solution", f"{MICROPOLAR}, section 3.5.1", setup, list(CUBES.values()), checks, [picture]
+        "manufactured",
+        "Manufactured solution",
+        f"{MICROPOLAR}, section 3.5.1",
+        setup,
+        list(CUBES.values()),
+        checks,
+        [picture],
     )
 
 
@@ -115,7 +121,13 @@ def manufactured_study():
     ]
     setup = "The same on 32 cells along an edge, with iterative linear solves. The rates of theory come closer."
     return Section(
-        "manufactured_study", "Manufactured solution, 32 cells", f"{MICROPOLAR}, section 3.5.1", setup, scenes, checks, []
+        "manufactured_study",
+        "Manufactured solution, 32 cells",
+        f"{MICROPOLAR}, section 3.5.1",
+        setup,
+        scenes,
+        checks,
+        [],
     )
 
 
@@ -153,9 +165,7 @@ def plane_cantilever():
         Check("(b): mean displacement of the end, y", lambda runs: runs[scenes[1]].last("tip_y"), unit="m"),
         Check(
             "(b) over (a): length of the displacement",
-            lambda runs: (
-                length(runs[scenes[1]], "tip_x", "tip_y")[-1] / length(runs[scenes[0]], "tip_x", "tip_y")[-1]
-            ),
+            lambda runs: length(runs[scenes[1]], "tip_x", "tip_y")[-1] / length(runs[scenes[0]], "tip_x", "tip_y")[-1],
             "stiffer with the larger bending length",
             high=0.5,
             digits=3,
@@ -270,7 +280,9 @@ def curved_cantilever():
         "standard MPM with 4 x 4 x 4 points a cell. The classical beam ends at (-23.30, 13.64, 53.21) m."
     )
     pictures = [
-        Curves("curved_cantilever", "Force over deflection", "deflection out of the plane [m]", "force [N]", curves, marks),
+        Curves(
+            "curved_cantilever", "Force over deflection", "deflection out of the plane [m]", "force [N]", curves, marks
+        ),
         Points("curved_cantilever_rotation", "Cells of 1 m: size of the rotation", scenes["1 m"], "rotation"),
     ]
     return Section(
@@ -376,7 +388,12 @@ def torsion():
             "initial x [m]",
             "angle [rad]",
             [("this program", lambda runs: twist_profile(runs[scene])[::2])],
-            [(INDEPENDENT, lambda: (listed(expected["profile"], "X1")[::2], listed(expected["profile"], "twist")[::2]))],
+            [
+                (
+                    INDEPENDENT,
+                    lambda: (listed(expected["profile"], "X1")[::2], listed(expected["profile"], "twist")[::2]),
+                )
+            ],
         ),
         Points("torsion_shaft_rotation", "Size of the rotation, known up to full turns", scene, "rotation"),
     ]
@@ -511,7 +528,10 @@ def shear_layer_length():
             "base reaction [kN/m]",
             [(f"internal length {size} mm", layer_curve(scene)) for size, scene in scenes.items()],
         ),
-        *(Points(f"shear_layer_length_{size}mm", f"Internal length {size} mm: chi", scenes[size]) for size in (2.5, 10.0)),
+        *(
+            Points(f"shear_layer_length_{size}mm", f"Internal length {size} mm: chi", scenes[size])
+            for size in (2.5, 10.0)
+        ),
     ]
     setup = (
         "The same layer on 39 rows with internal lengths of 2.5, 5 and 10 mm. The width of the band is that of a "
@@ -585,7 +605,9 @@ def classical_shear_layer():
             "displacement [mm]",
             "base reaction [kN/m]",
             [(f"classical, {rows} rows", layer_curve(scene)) for rows, scene in CLASSICAL_LAYERS.items()]
-            + [(f"micropolar, {rows} rows", layer_curve(scene)) for rows, scene in list(MICROPOLAR_LAYERS.items())[::2]],
+            + [
+                (f"micropolar, {rows} rows", layer_curve(scene)) for rows, scene in list(MICROPOLAR_LAYERS.items())[::2]
+            ],
             [(f"{INDEPENDENT}, {rows} rows", marks(rows)) for rows in CLASSICAL_LAYERS],
         ),
         Points("classical_shear_layer_chi", "39 rows: chi", "classical_shear_layer_39"),
@@ -749,7 +771,13 @@ def biaxial():
         "supports cells at the edge. Stress is the force of the platen over 25 mm."
     )
     return Section(
-        "biaxial", "Biaxial test", f"{MICROPOLAR}, section 4.5.1", setup, list(scenes.values()), checks, pictures,
+        "biaxial",
+        "Biaxial test",
+        f"{MICROPOLAR}, section 4.5.1",
+        setup,
+        list(scenes.values()),
+        checks,
+        pictures,
         remark=RIDGE_REMARK,
     )
 
@@ -781,7 +809,9 @@ def biaxial_dilatancy():
     checks += [
         Check(
             f"inclination with {high} degrees less that with {low} degrees",
-            lambda runs, low=low, high=high: ridge_inclination(runs[scenes[high]]) - ridge_inclination(runs[scenes[low]]),
+            lambda runs, low=low, high=high: (
+                ridge_inclination(runs[scenes[high]]) - ridge_inclination(runs[scenes[low]])
+            ),
             "steeper with the dilatancy angle",
             low=1.0,
             unit="degrees",
@@ -822,7 +852,7 @@ def biaxial_dilatancy():
         ),
         *(Points(f"biaxial_dilatancy_{angle}", f"Dilatancy {angle} degrees: chi", scenes[angle]) for angle in (0, 20)),
     ]
-    setup = "The same block on cells of 2.5 mm with dilatancy angles of 0, 10 and 20 degrees. The band grows steeper with it."
+    setup = "The same block on cells of 2.5 mm with dilatancy angles of 0, 10 and 20 degrees."
     return Section(
         "biaxial_dilatancy",
         "Biaxial test: dilatancy",
@@ -831,7 +861,7 @@ def biaxial_dilatancy():
         list(scenes.values()),
         checks,
         pictures,
-        remark="Inclinations are measured as in the section before, there being no reference but the figures of the source.",
+        remark="Inclinations are measured as in the section before; those of the source are rounded and not explained.",
     )
 
 
@@ -884,7 +914,11 @@ def copper_wires():
     ]
     pictures = [
         Curves(
-            "copper_wires", "Normalised torque over normalised twist", "twist per length x a", "torque / a^3 [MPa]", curves
+            "copper_wires",
+            "Normalised torque over normalised twist",
+            "twist per length x a",
+            "torque / a^3 [MPa]",
+            curves,
         ),
         Points("copper_wire_12um", "12 um: chi", WIRES[12]),
     ]
@@ -930,7 +964,12 @@ def column_collapse():
             "Weight over the displacement of the corner",
             "displacement of the corner [m]",
             "weight [kN/m3]",
-            [("load control", lambda runs: (length(runs[scene], "corner_x", "corner_y"), 20.0 * runs[scene]["weight"]))],
+            [
+                (
+                    "load control",
+                    lambda runs: (length(runs[scene], "corner_x", "corner_y"), 20.0 * runs[scene]["weight"]),
+                )
+            ],
             [
                 (
                     f"{INDEPENDENT}, displacement control",
@@ -1066,8 +1105,14 @@ def elastic_cantilever():
         "points a cell of 0.5 m. The analytical solution is that of an inextensible beam."
     )
     return Section(
-        "elastic_cantilever", "Elastic cantilever", SOURCE_AMPLE, setup, [scene], checks,
-        [picture, Points("elastic_cantilever_points", "Last state: von Mises stress", scene, "von_mises")], quick=True,
+        "elastic_cantilever",
+        "Elastic cantilever",
+        SOURCE_AMPLE,
+        setup,
+        [scene],
+        checks,
+        [picture, Points("elastic_cantilever_points", "Last state: von Mises stress", scene, "von_mises")],
+        quick=True,
     )
 
 

@@ -27,7 +27,7 @@ class Check:
 
     `obtained` takes the runs by scene. What is expected is a number with a tolerance, of its size or absolute, or with
     that of a measure given in `of` (of the length of a displacement, say), or a range from `low` to `high`, either of
-    which may be absent; without any the number is stated only. `note` says what is known where the difference is larger.
+    which may be absent; without any the number is stated only. `note` says what is known of a larger difference.
     """
 
     quantity: str
@@ -53,7 +53,12 @@ class Check:
         """A row of the table of the page."""
         value = float(self.obtained(runs))
         unit = f" {self.unit}" if self.unit else ""
-        row = {"quantity": self.quantity, "obtained": self.number(value) + unit, "source": self.source, "note": self.note}
+        row = {
+            "quantity": self.quantity,
+            "obtained": self.number(value) + unit,
+            "source": self.source,
+            "note": self.note,
+        }
         if self.expected is not None:
             return row | self.against_number(value, unit)
         if self.low is not None or self.high is not None:

@@ -52,16 +52,16 @@ def table_of_checks(rows):
 
 def table_of_runs(runs):
     lines = [
-        "| run | ranks | points | unknowns | steps | iterations | processor time | memory | ended | of | commit |",
+        "| run | ranks | points | unknowns | steps | iterations | processor time | memory | ended | date | commit |",
         "|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for run in runs:
         memory = ", ".join(f"{size:.0f}" for size in run["memory_mb"])
         ended = run["status"] if run["exit_code"] == 0 else f"{run['status']}, exit code {run['exit_code']}"
         lines.append(
-            f"| `configs/{run['scene']}.yaml` | {run['ranks']} | {run['points']} | {run['unknowns']} | {run['steps']} | "
-            f"{run['newton_iterations']} | {run['cpu_seconds']:.1f} s | {memory} MB | {ended} | {run['date']} | "
-            f"{run['commit']} |"
+            f"| `configs/{run['scene']}.yaml` | {run['ranks']} | {run['points']} | "
+            f"{run['unknowns']} | {run['steps']} | {run['newton_iterations']} | {run['cpu_seconds']:.1f} s | "
+            f"{memory} MB | {ended} | {run['date']} | {run['commit']} |"
         )
     return lines
 

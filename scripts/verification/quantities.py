@@ -9,8 +9,10 @@ def length(run, *columns):
 
 
 def band_width(run):
-    """Equivalent width of a horizontal band at the end, in the initial state [m]: that of a uniform band with the largest
-    chi, as the mean of a row of points, and the same integral over the height."""
+    """Equivalent width of a horizontal band at the end, in the initial state [m].
+
+    That of a uniform band with the largest chi, as the mean of a row of points, and the same integral over the height.
+    """
     _, _, fields, (initial, half_lengths) = run.points()
     heights = numpy.round(initial[:, 1], 9)
     rows = numpy.unique(heights)
@@ -22,8 +24,8 @@ def ridge_inclination(run):
     """Inclination of the band of a biaxial test at the end [degrees from the horizontal].
 
     In vertical strips of 2.5 mm between 7.5 and 22.5 mm from the axis, away from the crossing with the mirror image and
-    from the edge of the platen, the mean of the points whose chi exceeds nine tenths of the largest in the strip, weighted
-    with chi; through these a straight line by least squares. Deformed positions.
+    from the edge of the platen, the mean of the points whose chi exceeds nine tenths of the largest in the strip,
+    weighted with chi; through these a straight line by least squares. Deformed positions.
     """
     _, position, fields, _ = run.points()
     x, y, chi = position[:, 0], position[:, 1], fields["chi"]
@@ -86,7 +88,7 @@ def hardening_slope(run, diameter):
 
 
 def self_weight_error(run, height, weight):
-    """Mean difference of the vertical stress from the closed form of a column under its own weight, over the largest."""
+    """Mean difference of the vertical stress from that of a column under its own weight, over the largest."""
     _, _, fields, (initial, _) = run.points()
     closed = -weight * (height - initial[:, 1])
     return abs(fields["stress"][:, 4] - closed).mean() / (weight * height)
