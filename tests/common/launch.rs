@@ -20,8 +20,7 @@ const GRACE: Duration = Duration::from_secs(5);
 pub fn config(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("configs")
-        .join(name)
-        .with_extension("yaml")
+        .join(format!("{name}.yaml"))
 }
 
 /// What to run, and how.

@@ -6,6 +6,7 @@ mod common;
 
 mod ample;
 mod balance;
+mod biaxial;
 mod classical_shear_layer;
 mod column;
 mod compression;
@@ -14,7 +15,9 @@ mod curved_cantilever;
 mod finite_elements;
 mod manufactured;
 mod plane_and_space;
+mod plane_cantilever;
 mod prescribed_motion;
 mod reference;
 mod shear;
 mod shear_layer;
+mod torsion;

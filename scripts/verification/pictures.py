@@ -1,0 +1,106 @@
+"""Pictures of the page: curves with the reference over them, and deformed points."""
+
+import sys
+from dataclasses import dataclass, field
+from typing import Optional
+
+import matplotlib
+import numpy
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402  the way of drawing is chosen first
+
+from .runs import ROOT  # noqa: E402
+
+sys.path.insert(0, str(ROOT / "scripts"))
+import plot_points  # noqa: E402  a script beside this folder
+
+FOLDER = ROOT / "docs" / "pictures" / "verification"
+LARGEST = 120_000
+LINES = ["-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1))]
+
+
+@dataclass
+class Curves:
+    """Curves of runs as lines, those of references as marks. Each is a name and a function of the runs that gives
+    abscissas and values; that of a reference takes nothing."""
+
+    name: str
+    about: str
+    x: str
+    y: str
+    runs: list
+    references: list = field(default_factory=list)
+    logarithmic: bool = False
+
+    def draw(self, runs):
+        figure, axes = plt.subplots(figsize=(6.0, 4.0), dpi=100, layout="constrained")
+        for place, (label, curve) in enumerate(self.runs):
+            axes.plot(*curve(runs), linestyle=LINES[place % len(LINES)], color=f"C{place}", label=label, zorder=2)
+        for place, (label, curve) in enumerate(self.references):
+            mark = "os^Dv"[place % 5]
+            axes.plot(*curve(), mark, color="black", fillstyle="none", markersize=4.5, label=label or None, zorder=3)
+        axes.set_xlabel(self.x)
+        axes.set_ylabel(self.y)
+        if self.logarithmic:
+            axes.set_xscale("log", base=2)
+            axes.set_yscale("log")
+            # Room for the legend below the lines.
+            axes.set_ylim(bottom=axes.get_ylim()[0] / 50.0)
+        axes.grid(color="0.9")
+        axes.set_axisbelow(True)
+        axes.legend(fontsize="small", **({"loc": "lower left", "ncols": 2} if self.logarithmic else {}))
+        return figure
+
+
+@dataclass
+class Points:
+    """The points of one snapshot, coloured by a field; the first snapshot stands behind in grey."""
+
+    name: str
+    about: str
+    scene: str
+    field: str = "chi"
+    component: str = "norm"
+    time: Optional[float] = None
+
+    def draw(self, runs):
+        _, position, fields, initial = runs[self.scene].points(self.time)
+        values, label = plot_points.choose(fields, self.field, self.component)
+        if numpy.ptp(position[:, 2]) > 0.0:
+            figure, axes, coloured = plot_points.draw_space(position, fields, initial, values)
+            fit_space(axes, position, coloured)
+            figure.colorbar(coloured, cax=figure.add_axes((0.87, 0.2, 0.025, 0.6)), label=label)
+        else:
+            figure, axes, coloured = plot_points.draw_plane(position, fields, initial, values)
+            figure.colorbar(coloured, ax=axes, shrink=0.75, label=label)
+        figure.suptitle(self.about)
+        figure.set_dpi(90)
+        return figure
+
+
+def fit_space(axes, position, dots):
+    """Larger dots where there are few of them, and few numbers along the short sides of a long body."""
+    dots.set_sizes([min(50.0, max(3.0, 20_000.0 / len(position)))])
+    axes.set_position((0.02, 0.06, 0.72, 0.86))
+    extents = numpy.ptp(position, axis=0)
+    for axis, extent in zip((axes.xaxis, axes.yaxis, axes.zaxis), extents):
+        if extent < 0.3 * extents.max():
+            axis.set_major_locator(plt.NullLocator())
+            axis.set_label_text("")
+
+
+def save(picture, runs):
+    """Draws a picture to its file, and returns the file.
+
+    Raises an error where it is larger than a page can bear.
+    """
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    path = FOLDER / f"{picture.name}.png"
+    figure = picture.draw(runs)
+    # Without the date and the version of the library the same picture is the same file.
+    figure.savefig(path, dpi=figure.get_dpi(), metadata={"Software": None})
+    plt.close(figure)
+    if path.stat().st_size > LARGEST:
+        raise RuntimeError(f"{path} has {path.stat().st_size} bytes, more than {LARGEST}")
+    return path
