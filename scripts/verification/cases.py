@@ -984,7 +984,7 @@ def column_collapse():
         "steps. Load control cannot pass a maximum of the load."
     )
     remark = (
-        "The run ends just before the maximum, where the return map finds no solution at a point of the toe near the apex. "
+        "The run ends just before the maximum, where the return map fails at a point near the apex. "
         "The source goes to about 20 kN/m3 and 0.45 m before its analysis breaks down; this is not reproduced. The "
         "independent implementation, which prescribes the displacement of the corner and rounds the cone, finds a "
         "maximum of 13.72 kN/m3 at 0.053 m and a falling branch behind it, and limit analysis with a matched "
