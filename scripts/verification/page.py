@@ -25,6 +25,16 @@ time: they say what order of time a run takes, no more.
 """
 
 
+def overrides(scene):
+    """Overrides of a scene's keys as the command line has them."""
+    return "".join(f" --set {word}" for word in scene.split()[1:])
+
+
+def shown(scene):
+    """A scene as the table of runs names it."""
+    return f"configs/{scene.split()[0]}.yaml" + "".join(f" {word}" for word in scene.split()[1:])
+
+
 def paragraph(text):
     return textwrap.wrap(text, 118, break_long_words=False, break_on_hyphens=False)
 
@@ -59,7 +69,7 @@ def table_of_runs(runs):
         memory = ", ".join(f"{size:.0f}" for size in run["memory_mb"])
         ended = run["status"] if run["exit_code"] == 0 else f"{run['status']}, exit code {run['exit_code']}"
         lines.append(
-            f"| `configs/{run['scene']}.yaml` | {run['ranks']} | {run['points']} | "
+            f"| `{shown(run['scene'])}` | {run['ranks']} | {run['points']} | "
             f"{run['unknowns']} | {run['steps']} | {run['newton_iterations']} | {run['cpu_seconds']:.1f} s | "
             f"{memory} MB | {ended} | {run['date']} | {run['commit']} |"
         )
@@ -70,7 +80,7 @@ def section_lines(section, numbers):
     """The lines of a section, and its numbers outside without a note."""
     lines = ["", f"## {section.title}", "", f"Source: {section.source}.", "", *paragraph(section.setup), "", "```sh"]
     ranks = "" if section.ranks == 2 else f" -n {section.ranks}"
-    lines += [f"./scripts/run.sh configs/{scene}.yaml{ranks}" for scene in section.scenes] + ["```", ""]
+    lines += [f"./scripts/run.sh configs/{scene.split()[0]}.yaml{ranks}{overrides(scene)}" for scene in section.scenes] + ["```", ""]
     if numbers is None:
         return [*lines, "Not run yet."], []
     checks, notes, unexplained = table_of_checks(numbers["rows"])

@@ -3,6 +3,7 @@
 import csv
 import datetime
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -19,23 +20,39 @@ sys.path.insert(0, str(ROOT / "scripts"))
 import plot_points  # noqa: E402  a script beside this folder
 
 
+def path_of(scene):
+    """File of a scene, which is named as under configs and without .yaml; overrides of its keys may follow, each after a
+    blank."""
+    return SCENES / f"{scene.split()[0]}.yaml"
+
+
+def options_of(scene):
+    """Options of the program for the overrides of a scene."""
+    return [word for override in scene.split()[1:] for word in ("--set", override)]
+
+
+def name_of(scene):
+    """Name of a scene's results."""
+    return re.sub(r"[^\w.]+", "_", " ".join([Path(scene.split()[0]).name, *scene.split()[1:]]))
+
+
 def folder_of(scene):
-    """Result folder of a scene, which is named as under configs and without .yaml."""
-    return RESULTS / Path(scene).name
+    """Result folder of a scene."""
+    return RESULTS / name_of(scene)
 
 
 def scene_as_run(scene):
     """Copy of the scene beside its results, by which a changed scene is known."""
-    return RESULTS / f"{Path(scene).name}.yaml"
+    return RESULTS / f"{name_of(scene)}.yaml"
 
 
 def run_scene(program, scene, ranks):
     """Runs a scene; the results replace those of before."""
     RESULTS.mkdir(parents=True, exist_ok=True)
     scene_as_run(scene).unlink(missing_ok=True)
-    path = SCENES / f"{scene}.yaml"
+    path = path_of(scene)
     launcher = ["mpirun", "--quiet", "-n", str(ranks)] if ranks > 1 else []
-    command = [*launcher, str(program), str(path), "--output", str(folder_of(scene)), "--quiet"]
+    command = [*launcher, str(program), str(path), "--output", str(folder_of(scene)), "--quiet", *options_of(scene)]
     print(f"{scene} on {ranks} rank{'s' if ranks > 1 else ''}", flush=True)
     code = subprocess.run(command, cwd=ROOT, stdin=subprocess.DEVNULL).returncode
     if code not in WITH_RESULTS:
@@ -45,7 +62,7 @@ def run_scene(program, scene, ranks):
 
 def has_results(scene):
     """Whether there are results of the scene as it is now, of whatever commit."""
-    kept, path = scene_as_run(scene), SCENES / f"{scene}.yaml"
+    kept, path = scene_as_run(scene), path_of(scene)
     complete = kept.is_file() and (folder_of(scene) / "summary.json").is_file()
     return complete and kept.read_bytes() == path.read_bytes()
 
