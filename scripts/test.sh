@@ -11,4 +11,5 @@ cargo fmt --all --check
 bash scripts/check_layers.sh
 cargo clippy --workspace --all-targets --locked -- -D warnings
 RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked
+bash scripts/book.sh
 cargo test --workspace --locked --no-fail-fast

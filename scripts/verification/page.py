@@ -16,7 +16,7 @@ Every example that the program claims to compute, run and compared. This page is
 from the runs themselves and from [scripts/verification/cases.py](../scripts/verification/cases.py), where the expected
 numbers, the tolerances and the notes stand; `--quick` runs the examples of a few seconds only, `--study` those of
 `configs/study` too. What was not run keeps its last numbers, with their date. References are described in
-[tests/reference](../tests/reference/README.md); "independent implementation" means one of the same theory in
+[tests/reference](../tests/reference); "independent implementation" means one of the same theory in
 another language, written only for checking. **Bold** differences are larger than allowed; what is known about the
 cause stands below the table. A check without a tolerance states a number for which there is nothing to compare with.
 
