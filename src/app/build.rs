@@ -10,7 +10,6 @@ use crate::continuum::Fields;
 use crate::continuum::total_length;
 use crate::error::Error;
 use crate::grid::Grid;
-use crate::grid::basis::{Basis, Gimp, Linear};
 use crate::grid::mesh::MeshFace;
 use crate::material::Components;
 use crate::parallel::World;
@@ -20,7 +19,7 @@ use crate::points::seed::{PointSource, seed};
 use crate::points::select::MAX_SELECTIONS;
 use crate::points::select::Selection;
 use crate::problem::Problem;
-use crate::scene::{BasisKind, HistoryColumn, HistoryQuantity, Load, LoadKind, Scene, Target};
+use crate::scene::{HistoryColumn, HistoryQuantity, Load, LoadKind, Scene, Target};
 use crate::verification::Solution;
 use nalgebra::Vector3;
 
@@ -56,14 +55,12 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         .max()
         .unwrap_or(0);
     let settings = &scene.grid;
+    let basis = settings.basis.functions();
     let grid = Grid {
         min: std::array::from_fn(|k| settings.min[k]),
         cell_size: std::array::from_fn(|k| settings.cell_size[k]),
         cells: std::array::from_fn(|k| settings.cells[k]),
-    };
-    let basis: Box<dyn Basis> = match settings.basis {
-        BasisKind::Linear => Box::new(Linear),
-        BasisKind::Gimp => Box::new(Gimp),
+        order: basis.order(),
     };
     let (points, points_per_body) = {
         let virgin = |material: usize, state: &mut [f64]| laws[material].initial_state(state);
@@ -72,7 +69,7 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
     let ghost = scene
         .ghost
         .as_ref()
-        .map(|ghost| GhostPenalty::new(&grid, ghost, &C::IS_TRANSLATION));
+        .map(|ghost| GhostPenalty::new(ghost, &C::IS_TRANSLATION));
     let mut model = Model {
         initial_grid: grid.clone(),
         follow_face: settings.follow_face,

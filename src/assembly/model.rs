@@ -85,9 +85,9 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Model<C, D, N> {
             None => agree_on_place(world, search(&self.grid, self.basis.as_ref(), &mut self.points))?,
         };
         let touched = batches.touched_cells(&self.grid);
-        let faces = match self.ghost {
-            Some(_) => GhostFaces::find(world, &self.grid, &touched),
-            None => GhostFaces { faces: Vec::new() },
+        let faces = match &self.ghost {
+            Some(ghost) => GhostFaces::find(world, &self.grid, &touched, ghost.scaling()),
+            None => GhostFaces::none(),
         };
         let active = Active::new(world, &self.grid, &batches, &faces);
         let active_cells = Numbering::new(world, &touched).total as u64;
@@ -104,9 +104,6 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Model<C, D, N> {
         let Some(face) = self.follow_face else { return };
         let motion = plane_increment(&self.boundaries, face, face.axis, from, to);
         self.grid.move_face(face.axis, face.index > 0, motion);
-        if let Some(ghost) = &mut self.ghost {
-            ghost.fit(&self.grid);
-        }
     }
 
     /// Collective. Ends a step at local increments `u`, at which the trial stresses and states were evaluated: moves the

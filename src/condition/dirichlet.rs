@@ -139,6 +139,7 @@ mod tests {
             min: [0.0; 2],
             cell_size: [1.0; 2],
             cells: [1, 1],
+            order: 1,
         };
         let nodes = [0, 1, 2, 3];
         let boundaries = [

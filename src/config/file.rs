@@ -119,6 +119,16 @@ pub enum BasisName {
     /// Hat functions averaged over the domains of the points (GIMPM).
     #[default]
     Gimp,
+    /// B-splines of order 1 with open knots at the centres of the points: the hat functions of `linear`.
+    #[serde(rename = "bspline1")]
+    BSpline1,
+    /// B-splines of order 2: smooth, one function more than nodes of the cells along each axis, conditions on faces of the
+    /// grid only.
+    #[serde(rename = "bspline2")]
+    BSpline2,
+    /// B-splines of order 3, likewise with two functions more.
+    #[serde(rename = "bspline3")]
+    BSpline3,
 }
 
 /// A body of one material: it has a `shape`, or with `method: fem` a `mesh`.

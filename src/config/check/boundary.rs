@@ -77,14 +77,11 @@ impl Check<'_> {
         {
             return None;
         }
-        let index = match face {
-            ScalarOr::Scalar(name) => {
-                let cells = self.grid.as_ref()?.cells[axis];
-                if face_axis(*name).1 > 0.0 { cells } else { 0 }
-            }
+        let plane = match face {
+            ScalarOr::Scalar(name) => self.grid.as_ref()?.face(axis, face_axis(*name).1 > 0.0),
             ScalarOr::Collection(plane) => self.node_plane(&path.key("at"), axis, plane.at)?,
         };
-        Some(Some(GridPlane { axis, index }))
+        Some(Some(plane))
     }
 
     pub(super) fn component(&mut self, path: &Path, name: &str) -> Option<Component> {

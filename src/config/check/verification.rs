@@ -2,7 +2,7 @@
 
 use super::Check;
 use super::material::Material;
-use crate::condition::dirichlet::{Boundary, GridPlane};
+use crate::condition::dirichlet::Boundary;
 use crate::config::decode::number;
 use crate::config::file::ShapeKeys;
 use crate::config::path::Path;
@@ -131,7 +131,7 @@ impl Check<'_> {
     fn fixed_faces(&mut self, boundaries: &[Boundary]) {
         let Some(grid) = self.grid.clone() else { return };
         let section = Path::root().key("boundary");
-        let faces = |axis: usize| [0, grid.cells[axis]].map(|index| GridPlane { axis, index });
+        let faces = |axis: usize| [false, true].map(|upper| grid.face(axis, upper));
         let faces: Vec<_> = (0..self.kinematics.dimension()).flat_map(faces).collect();
         for (index, boundary) in boundaries.iter().enumerate() {
             let on_face = boundary.place.plane.is_some_and(|plane| faces.contains(&plane));

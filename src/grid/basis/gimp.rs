@@ -37,6 +37,10 @@ fn hat(t: f64) -> f64 {
 }
 
 impl Basis for Gimp {
+    fn order(&self) -> usize {
+        1
+    }
+
     fn span(&self, x: f64, half: f64, cells: usize) -> Span {
         let (low, high) = ends(x, half);
         let lowest = (low.max(0.0) as u32).min(cells as u32 - 1);
