@@ -5,6 +5,7 @@
 pub use crate::continuum::ContinuumKind;
 
 use crate::condition::dirichlet::{Boundary, Component, GridPlane};
+use crate::condition::pressure::Side;
 use crate::grid::basis::{BSpline, Basis, Gimp, Linear};
 use crate::grid::ghost::GhostSettings;
 use crate::grid::mesh::MeshFace;
@@ -113,6 +114,8 @@ pub enum LoadKind {
     SpecificWeight(Vec<[f64; 3]>),
     /// A total force [N] (per metre of thickness in plane strain) shared equally by the selected points, or over a face.
     Force { total: [f64; 3], at: Target },
+    /// A follower pressure [Pa] on points, each with a side of its domain on the surface.
+    Pressure { pressure: f64, at: Vec<(Selection, Side)> },
     /// A total couple [N m], shared likewise; in plane strain only the third component counts.
     Couple { total: [f64; 3], at: Target },
 }

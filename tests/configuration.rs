@@ -54,8 +54,11 @@ fn the_shear_layer_has_the_moduli_and_the_weak_row_of_the_thesis() {
     );
     assert_eq!((strong.yield_strength, weak.yield_strength), (100e6, 0.9 * 100e6));
     assert_eq!(scene.regions[0].replace, [(0, 1)]);
-    assert_eq!(scene.boundaries[0].place.plane, None);
-    assert_eq!(scene.boundaries[2].place.plane, Some(GridPlane { axis: 1, index: 9 }));
+    assert_eq!(scene.boundaries[0].nodes().expect("nodes").plane, None);
+    assert_eq!(
+        scene.boundaries[2].nodes().expect("nodes").plane,
+        Some(GridPlane { axis: 1, index: 9 })
+    );
     assert_eq!(scene.boundaries[2].moves, [(0, 0.02)]);
     assert_eq!(scene.output.directory.to_str(), Some("results/shear_layer"));
     let PointSource::Lattice {

@@ -99,6 +99,7 @@ pub fn model<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         boundaries: Vec::new(),
         loads: Vec::new(),
         face_loads: Vec::new(),
+        surface: Default::default(),
         ghost,
     }
 }

@@ -73,7 +73,7 @@ impl Check<'_> {
             return None;
         }
         let moving = |keys: &BoundaryKeys| {
-            let same = matches!(keys.face, ScalarOr::Scalar(name) if name == face);
+            let same = matches!(keys.face, Some(ScalarOr::Scalar(name)) if name == face);
             same && keys.moves.contains_key(self.unknowns()[axis])
         };
         let found = self.config.boundary.iter().any(moving);

@@ -79,6 +79,16 @@ impl Basis for Gimp {
     fn has_domains(&self) -> bool {
         true
     }
+
+    fn evaluate_at_point(&self, span: Span, x: f64, _cells: usize, out: &mut [Shape1]) {
+        for (offset, shape) in out.iter_mut().enumerate() {
+            let local = x - (f64::from(span.lowest) + offset as f64);
+            *shape = Shape1 {
+                value: hat(local),
+                derivative: if local.abs() < 1.0 { -local.signum() } else { 0.0 },
+            };
+        }
+    }
 }
 
 #[cfg(test)]

@@ -46,6 +46,10 @@ pub trait Basis: Send + Sync {
     fn evaluate(&self, span: Span, x: f64, half: f64, cells: usize, out: &mut [Shape1]);
     /// Whether points carry a domain that deforms with them.
     fn has_domains(&self) -> bool;
+    /// The same functions at a place without extent; the place lies within what the nodes of the span cover.
+    fn evaluate_at_point(&self, span: Span, x: f64, cells: usize, out: &mut [Shape1]) {
+        self.evaluate(span, x, 0.0, cells, out);
+    }
 }
 
 /// Box of nodes that see a point's domain.
@@ -78,21 +82,43 @@ pub fn evaluate<const D: usize>(
     half_lengths: &SVector<f64, D>,
     out: &mut [f64],
 ) {
-    let mut factors = [[Shape1::default(); MAX_NODES_PER_AXIS]; D];
-    for axis in 0..D {
+    let along = |axis: usize, span: Span, out: &mut [Shape1]| {
         let x = grid.cell_coordinate(axis, position[axis]);
         let half = half_lengths[axis] / grid.cell_size[axis];
+        basis.evaluate(span, x, half, grid.cells[axis], out);
+    };
+    multiply(grid, support, along, out);
+}
+
+/// As [`evaluate`], of the functions themselves at a place that the nodes of the support cover: no average over a domain.
+pub fn evaluate_at_point<const D: usize>(
+    basis: &dyn Basis,
+    grid: &Grid<D>,
+    support: &Support<D>,
+    place: &SVector<f64, D>,
+    out: &mut [f64],
+) {
+    let along = |axis: usize, span: Span, out: &mut [Shape1]| {
+        let x = grid.cell_coordinate(axis, place[axis]);
+        basis.evaluate_at_point(span, x, grid.cells[axis], out);
+    };
+    multiply(grid, support, along, out);
+}
+
+/// Tensor product of the functions along each axis, which `along` writes for a span of an axis.
+fn multiply<const D: usize>(
+    grid: &Grid<D>,
+    support: &Support<D>,
+    along: impl Fn(usize, Span, &mut [Shape1]),
+    out: &mut [f64],
+) {
+    let mut factors = [[Shape1::default(); MAX_NODES_PER_AXIS]; D];
+    for axis in 0..D {
         let span = Span {
             lowest: support.lowest[axis],
             count: support.count[axis],
         };
-        basis.evaluate(
-            span,
-            x,
-            half,
-            grid.cells[axis],
-            &mut factors[axis][..span.count as usize],
-        );
+        along(axis, span, &mut factors[axis][..span.count as usize]);
     }
     for (flat, shape) in out.chunks_exact_mut(1 + D).enumerate() {
         let mut rest = flat;
