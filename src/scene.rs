@@ -5,6 +5,8 @@
 pub use crate::continuum::ContinuumKind;
 
 use crate::condition::dirichlet::{Boundary, Component, GridPlane};
+use crate::condition::pressure::Side;
+use crate::grid::basis::{BSpline, Basis, Gimp, Linear};
 use crate::grid::ghost::GhostSettings;
 use crate::grid::mesh::MeshFace;
 use crate::material::spec::MaterialSpec;
@@ -56,6 +58,19 @@ impl Kinematics {
 pub enum BasisKind {
     Linear,
     Gimp,
+    /// Of order 1 to 3.
+    BSpline(usize),
+}
+
+impl BasisKind {
+    /// The functions themselves.
+    pub fn functions(self) -> Box<dyn Basis> {
+        match self {
+            BasisKind::Linear => Box::new(Linear),
+            BasisKind::Gimp => Box::new(Gimp),
+            BasisKind::BSpline(order) => Box::new(BSpline::new(order)),
+        }
+    }
 }
 
 /// Axis-aligned background grid; with a mesh, its cells with unit size and no place in space.
@@ -68,6 +83,15 @@ pub struct GridSettings {
     pub basis: BasisKind,
     /// Face that follows its prescribed motion.
     pub follow_face: Option<GridPlane>,
+}
+
+impl GridSettings {
+    /// Index of the plane of nodes on the lower or upper face of an axis.
+    pub fn face(&self, axis: usize, upper: bool) -> GridPlane {
+        let last = self.cells[axis] + self.basis.functions().order() - 1;
+        let index = if upper { last } else { 0 };
+        GridPlane { axis, index }
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -90,6 +114,8 @@ pub enum LoadKind {
     SpecificWeight(Vec<[f64; 3]>),
     /// A total force [N] (per metre of thickness in plane strain) shared equally by the selected points, or over a face.
     Force { total: [f64; 3], at: Target },
+    /// A follower pressure [Pa] on points, each with a side of its domain on the surface.
+    Pressure { pressure: f64, at: Vec<(Selection, Side)> },
     /// A total couple [N m], shared likewise; in plane strain only the third component counts.
     Couple { total: [f64; 3], at: Target },
 }

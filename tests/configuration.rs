@@ -54,8 +54,11 @@ fn the_shear_layer_has_the_moduli_and_the_weak_row_of_the_thesis() {
     );
     assert_eq!((strong.yield_strength, weak.yield_strength), (100e6, 0.9 * 100e6));
     assert_eq!(scene.regions[0].replace, [(0, 1)]);
-    assert_eq!(scene.boundaries[0].place.plane, None);
-    assert_eq!(scene.boundaries[2].place.plane, Some(GridPlane { axis: 1, index: 9 }));
+    assert_eq!(scene.boundaries[0].nodes().expect("nodes").plane, None);
+    assert_eq!(
+        scene.boundaries[2].nodes().expect("nodes").plane,
+        Some(GridPlane { axis: 1, index: 9 })
+    );
     assert_eq!(scene.boundaries[2].moves, [(0, 0.02)]);
     assert_eq!(scene.output.directory.to_str(), Some("results/shear_layer"));
     let PointSource::Lattice {
@@ -218,7 +221,7 @@ fn all_problems_of_a_file_are_reported_in_one_pass_and_nothing_that_only_follows
     let text = BIAXIAL
         .replace("kinematics: plane_strain", "kinematics: plain_strain")
         .replace("lame_lambda: 8.0e6", "lame_lamda: 8.0e6")
-        .replace("basis: gimp", "basis: bspline2")
+        .replace("basis: gimp", "basis: bspline4")
         .replace("points_per_cell: 3", "points_per_cell: three")
         .replace("material: sand", "material: sandy")
         .replace("{face: x_min, fix: [ux]}", "{face: x_min, fix: [uz]}")
@@ -231,7 +234,7 @@ fn all_problems_of_a_file_are_reported_in_one_pass_and_nothing_that_only_follows
     let problems = problems_of(&text, &[]);
     let expected = [
         "a.yaml:4:3: model.kinematics: \"plain_strain\" is not accepted, did you mean \"plane_strain\"?",
-        "a.yaml:12:3: grid.basis: \"bspline2\" is not accepted (accepted: linear, gimp)",
+        "a.yaml:12:3: grid.basis: \"bspline4\" is not accepted, did you mean \"bspline1\"? (accepted: linear, gimp, bspline1, bspline2, bspline3)",
         "a.yaml:17:5: materials.sand: unknown key \"lame_lamda\", did you mean \"lame_lambda\"?",
         "a.yaml:30:5: bodies[0].material: there is no material named \"sandy\", did you mean \"sand\"?",
         "a.yaml:32:5: bodies[0].points_per_cell: \"three\" is not accepted",

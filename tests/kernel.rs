@@ -1,6 +1,6 @@
 //! The kernel as a whole: the tangent is the derivative of the residual, for points on a grid with random increments.
 //!
-//! Goal: for every continuum, both dimensions, both bases, elastic and plastic points, with the ghost penalty, the remainder
+//! Goal: for every continuum, both dimensions, every basis, elastic and plastic points, with the ghost penalty, the remainder
 //! `r(u + h d) - r(u) - h K d` falls as `h^2`; a rigid motion of virgin points makes no forces; and residual and
 //! tangent leave the accepted state of the points untouched.
 
@@ -18,7 +18,7 @@ use mpm_petsc::clock::Clock;
 use mpm_petsc::continuum::Fields;
 use mpm_petsc::continuum::classical::Classical;
 use mpm_petsc::continuum::micropolar::Micropolar;
-use mpm_petsc::grid::basis::{Basis, Gimp, Linear};
+use mpm_petsc::grid::basis::{BSpline, Basis, Gimp, Linear};
 use mpm_petsc::material::spec::MaterialSpec;
 use mpm_petsc::parallel::World;
 use std::rc::Rc;
@@ -133,8 +133,8 @@ fn taylor<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
 }
 
 /// A rigid rotation and translation of virgin points makes no forces but those of the penalty, which is switched off.
-fn rigid_motion<C: Fields<3, N> + Laws, const N: usize>(world: &World) {
-    let mut model = model::<C, 3, N>(world, Box::new(Gimp), MaterialSpec::Elastic(ELASTIC));
+fn rigid_motion<C: Fields<3, N> + Laws, const N: usize>(world: &World, basis: Box<dyn Basis>) {
+    let mut model = model::<C, 3, N>(world, basis, MaterialSpec::Elastic(ELASTIC));
     let system = model.search(world).unwrap();
     let vector = nalgebra::Vector3::new(0.4, -0.7, 0.5);
     let rotation = nalgebra::Rotation3::new(vector);
@@ -184,6 +184,17 @@ fn main() {
         ("space_gimp_plastic", &|| {
             taylor::<Micropolar, 3, 6>(&world, Box::new(Gimp), plastic, 0.05)
         }),
+        ("plane_splines", &|| {
+            for order in 1..=3 {
+                taylor::<Micropolar, 2, 3>(&world, Box::new(BSpline::new(order)), elastic, 0.3);
+                taylor::<Micropolar, 2, 3>(&world, Box::new(BSpline::new(order)), plastic, 0.05);
+            }
+        }),
+        ("space_splines", &|| {
+            for order in [2, 3] {
+                taylor::<Micropolar, 3, 6>(&world, Box::new(BSpline::new(order)), elastic, 0.2);
+            }
+        }),
         ("classical_plane_linear_elastic", &|| {
             taylor::<Classical, 2, 2>(&world, Box::new(Linear), elastic, 0.3)
         }),
@@ -197,10 +208,12 @@ fn main() {
             taylor::<Classical, 3, 3>(&world, Box::new(Gimp), plastic, 0.05)
         }),
         ("rigid_motion_makes_no_forces", &|| {
-            rigid_motion::<Micropolar, 6>(&world)
+            rigid_motion::<Micropolar, 6>(&world, Box::new(Gimp));
+            rigid_motion::<Micropolar, 6>(&world, Box::new(BSpline::new(2)));
         }),
         ("classical_rigid_motion_makes_no_forces", &|| {
-            rigid_motion::<Classical, 3>(&world)
+            rigid_motion::<Classical, 3>(&world, Box::new(Gimp));
+            rigid_motion::<Classical, 3>(&world, Box::new(BSpline::new(3)));
         }),
     ]);
 }

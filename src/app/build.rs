@@ -2,15 +2,21 @@
 
 use super::Laws;
 use super::columns::Column;
+use crate::assembly::Sink;
+use crate::assembly::kernel::Workspace;
 use crate::assembly::model::{Model, StepSystem};
 use crate::assembly::penalty::GhostPenalty;
+use crate::assembly::surface::SurfaceConditions;
+use crate::clock::Clock;
+use crate::condition::dirichlet::Place;
 use crate::condition::load::{Amount, DeadLoad, FaceLoad, LoadField};
+use crate::condition::pressure::{Patch, Pressure, Side};
+use crate::condition::weak::{slots, ties};
 use crate::config::Source;
 use crate::continuum::Fields;
 use crate::continuum::total_length;
 use crate::error::Error;
 use crate::grid::Grid;
-use crate::grid::basis::{Basis, Gimp, Linear};
 use crate::grid::mesh::MeshFace;
 use crate::material::Components;
 use crate::parallel::World;
@@ -20,9 +26,10 @@ use crate::points::seed::{PointSource, seed};
 use crate::points::select::MAX_SELECTIONS;
 use crate::points::select::Selection;
 use crate::problem::Problem;
-use crate::scene::{BasisKind, HistoryColumn, HistoryQuantity, Load, LoadKind, Scene, Target};
+use crate::scene::{HistoryColumn, HistoryQuantity, Load, LoadKind, Scene, Target};
 use crate::verification::Solution;
 use nalgebra::Vector3;
+use std::rc::Rc;
 
 /// A model in its initial state, with facts for header, check and history.
 pub struct Built<C: Fields<D, N>, const D: usize, const N: usize> {
@@ -56,14 +63,12 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         .max()
         .unwrap_or(0);
     let settings = &scene.grid;
+    let basis = settings.basis.functions();
     let grid = Grid {
         min: std::array::from_fn(|k| settings.min[k]),
         cell_size: std::array::from_fn(|k| settings.cell_size[k]),
         cells: std::array::from_fn(|k| settings.cells[k]),
-    };
-    let basis: Box<dyn Basis> = match settings.basis {
-        BasisKind::Linear => Box::new(Linear),
-        BasisKind::Gimp => Box::new(Gimp),
+        order: basis.order(),
     };
     let (points, points_per_body) = {
         let virgin = |material: usize, state: &mut [f64]| laws[material].initial_state(state);
@@ -72,7 +77,7 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
     let ghost = scene
         .ghost
         .as_ref()
-        .map(|ghost| GhostPenalty::new(&grid, ghost, &C::IS_TRANSLATION));
+        .map(|ghost| GhostPenalty::new(ghost, &C::IS_TRANSLATION));
     let mut model = Model {
         initial_grid: grid.clone(),
         follow_face: settings.follow_face,
@@ -84,6 +89,7 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         boundaries: scene.boundaries.clone(),
         loads: Vec::new(),
         face_loads: Vec::new(),
+        surface: SurfaceConditions::default(),
         ghost,
     };
     let mut problems = empty_bodies(source, &points_per_body);
@@ -103,6 +109,7 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
     };
     let mut warnings = Vec::new();
     if let Some(system) = &system {
+        check_penalties(world, scene, source, &mut model, system, &mut problems);
         check_boundaries(world, scene, source, &model, system, &mut problems, &mut warnings);
     }
     match system {
@@ -144,11 +151,12 @@ fn empty_bodies(source: &Source, points_per_body: &[u64]) -> Vec<Problem> {
 /// Marks of the points for the selections of a scene; equal selections share one.
 struct Marks<'a> {
     world: &'a World,
+    scene: &'a Scene,
     source: &'a Source,
     /// Selection of each bit, with the number of its points.
     used: Vec<(Selection, u64)>,
-    /// Bit of the selection that each load acts on, for the loads seen so far.
-    of_load: Vec<Option<usize>>,
+    /// Marks of the points that each load acts on, for the loads seen so far; `None` for all points.
+    of_load: Vec<Option<u64>>,
 }
 
 impl Marks<'_> {
@@ -170,9 +178,10 @@ impl Marks<'_> {
             return (0, 1);
         }
         let edge = model.initial_nodes().smallest_edge();
+        let lattice = (&model.initial_grid, &self.scene.bodies[..]);
         let count = model
             .points
-            .mark(self.world, selection, bit, |load| self.of_load[load], edge);
+            .mark(self.world, selection, bit, |load| self.of_load[load], lattice, edge);
         if count == 0 {
             let message = "the selection holds no material point";
             problems.push(self.source.problem(path, message, "a selection with at least one"));
@@ -182,7 +191,7 @@ impl Marks<'_> {
     }
 }
 
-/// Turns selections into marks of the points: those of loads and of history columns.
+/// Turns selections into marks of the points: those of loads, of conditions and of history columns.
 fn select<C: Fields<D, N>, const D: usize, const N: usize>(
     world: &World,
     scene: &Scene,
@@ -192,11 +201,29 @@ fn select<C: Fields<D, N>, const D: usize, const N: usize>(
 ) -> Vec<Column> {
     let mut marks = Marks {
         world,
+        scene,
         source,
         used: Vec::new(),
         of_load: Vec::new(),
     };
     for (index, load) in scene.loads.iter().enumerate() {
+        if let LoadKind::Pressure { pressure, at } = &load.kind {
+            let path = format!("loads[{index}].at");
+            let mut patch = |(selection, side): &(Selection, Side)| Patch {
+                bit: marks.of(model, selection, &path, problems).0,
+                side: *side,
+            };
+            let patches: Vec<Patch> = at.iter().map(&mut patch).collect();
+            marks
+                .of_load
+                .push(Some(patches.iter().fold(0, |all, patch| all | 1 << patch.bit)));
+            model.surface.pressures.push(Pressure {
+                stage: load.stage,
+                pressure: *pressure,
+                patches,
+            });
+            continue;
+        }
         let (bit, count) = match selection_of(load) {
             Some(selection) => {
                 let (bit, count) = marks.of(model, selection, &format!("loads[{index}].at"), problems);
@@ -204,12 +231,21 @@ fn select<C: Fields<D, N>, const D: usize, const N: usize>(
             }
             None => (None, 1),
         };
-        marks.of_load.push(bit);
+        marks.of_load.push(bit.map(|bit| 1 << bit));
         match face_load(model, load) {
             Some(load) => model.face_loads.push(load),
             None => model.loads.push(dead_load(load, bit, count, &C::IS_TRANSLATION, D)),
         }
     }
+    let mut bits = vec![0; scene.boundaries.len()];
+    for (index, boundary) in scene.boundaries.iter().enumerate() {
+        if let Place::Points(held) = &boundary.place {
+            let path = format!("boundary[{index}].selection");
+            bits[index] = marks.of(model, &held.selection, &path, problems).0;
+        }
+    }
+    model.surface.ties = ties(&scene.boundaries, |boundary| bits[boundary]);
+    model.points.keep_gaps(slots(&model.surface.ties));
     let column_of = |(index, entry): (usize, &HistoryColumn)| {
         let path = format!("output.history[{index}].at");
         let bit = match &entry.quantity {
@@ -256,7 +292,7 @@ fn face_shares<C: Fields<D, N>, const D: usize, const N: usize>(
 /// A load on a face of the mesh, where the load is one.
 fn face_load<C: Fields<D, N>, const D: usize, const N: usize>(model: &Model<C, D, N>, load: &Load) -> Option<FaceLoad> {
     let (total, translations, at) = match &load.kind {
-        LoadKind::SpecificWeight(_) => return None,
+        LoadKind::SpecificWeight(_) | LoadKind::Pressure { .. } => return None,
         LoadKind::Force { total, at } => (total, true, at),
         LoadKind::Couple { total, at } => (total, false, at),
     };
@@ -268,7 +304,7 @@ fn face_load<C: Fields<D, N>, const D: usize, const N: usize>(model: &Model<C, D
     })
 }
 
-/// What a load gives to each of `count` points.
+/// What a dead load gives to each of `count` points.
 fn dead_load(load: &Load, bit: Option<usize>, count: u64, is_translation: &[bool], dimension: usize) -> DeadLoad {
     let spread = |vector: &[f64; 3], translations| by_unknown(vector, translations, is_translation, dimension);
     let share = |total: &[f64; 3]| total.map(|total| total / count as f64);
@@ -278,6 +314,7 @@ fn dead_load(load: &Load, bit: Option<usize>, count: u64, is_translation: &[bool
         }
         LoadKind::Force { total, .. } => Amount::PerPoint(spread(&share(total), true)),
         LoadKind::Couple { total, .. } => Amount::PerPoint(spread(&share(total), false)),
+        LoadKind::Pressure { .. } => unreachable!("pressures are no dead loads"),
     };
     DeadLoad {
         stage: load.stage,
@@ -339,6 +376,80 @@ fn locate<C: Fields<D, N>, const D: usize, const N: usize>(
     model.search(world).map_err(describe)
 }
 
+/// Round-off of a spring, whose two ends move nearly alike, must not exceed what equilibrium is solved to.
+fn check_penalties<C: Fields<D, N>, const D: usize, const N: usize>(
+    world: &World,
+    scene: &Scene,
+    source: &Source,
+    model: &mut Model<C, D, N>,
+    system: &StepSystem<D>,
+    problems: &mut Vec<Problem>,
+) {
+    if model.surface.ties.is_empty() {
+        return;
+    }
+    let largest = stiffest(world, model, system);
+    let ratio = scene.solver.force_tolerance / f64::EPSILON;
+    for tie in &model.surface.ties {
+        let kind = usize::from(!C::IS_TRANSLATION[tie.component]);
+        let most = ratio * largest[kind];
+        let path = format!("boundary[{}].penalty", tie.boundary);
+        let known = problems.iter().any(|problem| problem.path == path);
+        if tie.penalty > most && !known {
+            let message = format!(
+                "{:e} is {:.1e} times the largest entry of the stiffness for {}: round-off would be worse than \
+                 solver.force_tolerance",
+                tie.penalty,
+                tie.penalty / largest[kind],
+                C::UNKNOWNS[tie.component]
+            );
+            problems.push(source.problem(&path, message, format!("a number > 0 and <= {most:.3e}")));
+        }
+    }
+}
+
+/// Largest entry on the diagonal of the initial stiffness, for translations and for the other unknowns.
+fn stiffest<C: Fields<D, N>, const D: usize, const N: usize>(
+    world: &World,
+    model: &mut Model<C, D, N>,
+    system: &StepSystem<D>,
+) -> [f64; 2] {
+    let zero = vec![0.0; system.active.nodes.len() * N];
+    let mut diagonal = Diagonal {
+        unknowns: N,
+        entries: zero.clone(),
+    };
+    let mut workspace = Workspace::<C, D, N>::new(Rc::new(Clock::start()));
+    let Model { laws, points, .. } = model;
+    let (batches, active) = (&system.batches, &system.active);
+    // The initial state is in the domain of every law.
+    let _ = workspace.add_internal_forces(laws, batches, active, points, &zero, &mut zero.clone());
+    let _ = workspace.add_tangent(laws, batches, active, points, &zero, &mut diagonal);
+    let mut largest = [0.0f64; 2];
+    for (index, entry) in diagonal.entries.iter().enumerate() {
+        let kind = usize::from(!C::IS_TRANSLATION[index % N]);
+        largest[kind] = largest[kind].max(*entry);
+    }
+    world.max_slice(&mut largest);
+    largest
+}
+
+/// Collects the diagonal of a tangent.
+struct Diagonal {
+    unknowns: usize,
+    entries: Vec<f64>,
+}
+
+impl Sink for Diagonal {
+    fn add(&mut self, nodes: &[u32], tangent: &[f64]) {
+        let unknowns = self.unknowns;
+        let width = nodes.len() * unknowns;
+        for (k, entry) in tangent.iter().step_by(width + 1).enumerate() {
+            self.entries[nodes[k / unknowns] as usize * unknowns + k % unknowns] += entry;
+        }
+    }
+}
+
 /// Conditions on nodes that do not exist are an error; on nodes that no point touches yet, a warning.
 fn check_boundaries<C: Fields<D, N>, const D: usize, const N: usize>(
     world: &World,
@@ -351,12 +462,13 @@ fn check_boundaries<C: Fields<D, N>, const D: usize, const N: usize>(
 ) {
     let active = &system.active;
     for (index, boundary) in scene.boundaries.iter().enumerate() {
-        let holds = |&key: &u64| boundary.place.holds(model.initial_nodes(), key);
+        let Place::Nodes(place) = &boundary.place else { continue };
+        let holds = |&key: &u64| place.holds(model.initial_nodes(), key);
         if world.any(active.nodes[..active.owned].iter().any(holds)) {
             continue;
         }
         let path = format!("boundary[{index}]");
-        if !boundary.moves.is_empty() || boundary.place.within.is_some() {
+        if !boundary.moves.is_empty() || place.within.is_some() {
             let message = "none of its nodes is touched by a body";
             problems.push(source.problem(&path, message, "a face or plane of nodes that a body reaches"));
         } else {

@@ -1,5 +1,6 @@
 //! The unknowns of a step: active nodes, their numbering over the ranks, and the sparsity of the tangent.
 
+use crate::condition::weak::platen_of;
 use crate::grid::ghost::GhostFaces;
 use crate::grid::{Grid, Support};
 use crate::parallel::{Numbered, Numbering, World};
@@ -21,11 +22,28 @@ pub struct Active {
     /// Local nodes of each batch and, behind them, of each penalised face.
     cliques: Cliques,
     batches: usize,
+    /// Local platens, by boundary, with whether the matrix has a place for them.
+    platens: Vec<Platen>,
     /// For each own row the number of blocks in own columns and in columns of other ranks.
     pub own_blocks: Vec<usize>,
     pub other_blocks: Vec<usize>,
     /// Own rows of the block pattern, flattened: the pattern stands while these and the numbering do.
     columns: Vec<usize>,
+}
+
+/// A platen among the local nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Platen {
+    boundary: usize,
+    node: u32,
+    coupled: bool,
+}
+
+/// Platens that this rank's points are tied to: nodes that belong to no place of the grid.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Platens {
+    /// Key of each, sorted, with the batches that the platen is an unknown of: none where all its motions are prescribed.
+    pub batches: Vec<(u64, Vec<usize>)>,
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -40,14 +58,42 @@ impl Cliques {
         &self.nodes[start..self.ends[index]]
     }
 
+    /// Couples platens with the nodes of their batches, and each with itself. Returns the local platens.
+    fn add_platens(&mut self, platens: &Platens, keys: &[u64], local: &[u32]) -> Vec<Platen> {
+        let mut found = Vec::new();
+        for (key, batches) in &platens.batches {
+            let node = local[keys.binary_search(key).expect("platens are among the keys")];
+            for &batch in batches {
+                let nodes = self.get(batch).to_vec();
+                self.nodes.extend(nodes);
+                self.nodes.push(node);
+                self.ends.push(self.nodes.len());
+            }
+            self.nodes.push(node);
+            self.ends.push(self.nodes.len());
+            found.push(Platen {
+                boundary: platen_of(*key).expect("a platen's key"),
+                node,
+                coupled: !batches.is_empty(),
+            });
+        }
+        found
+    }
+
     fn iter(&self) -> impl Iterator<Item = &[u32]> {
         (0..self.ends.len()).map(|index| self.get(index))
     }
 }
 
 impl Active {
-    /// Collective. Numbers the nodes seen by points or penalised faces and finds which of them are coupled.
-    pub fn new<const D: usize>(world: &World, grid: &Grid<D>, batches: &Batches<D>, ghost: &GhostFaces<D>) -> Self {
+    /// Collective. Numbers the nodes seen by points or penalised faces, and platens, and finds which of them are coupled.
+    pub fn new<const D: usize>(
+        world: &World,
+        grid: &Grid<D>,
+        batches: &Batches<D>,
+        ghost: &GhostFaces<D>,
+        platens: &Platens,
+    ) -> Self {
         let supports = || {
             batches
                 .batches
@@ -57,6 +103,7 @@ impl Active {
         };
         let mut keys = Vec::new();
         supports().for_each(|support| support.for_each_node(|node| keys.push(grid.node_key(node))));
+        keys.extend(platens.batches.iter().map(|&(key, _)| key));
         keys.sort_unstable();
         keys.dedup();
         let numbering = Numbering::new(world, &keys);
@@ -75,7 +122,8 @@ impl Active {
             .iter()
             .enumerate()
             .for_each(|(position, &k)| local[k] = position as u32);
-        let cliques = cliques(grid, supports(), &keys, &local);
+        let mut cliques = cliques(grid, supports(), &keys, &local);
+        let platens = cliques.add_platens(platens, &keys, &local);
         let rows = block_rows(world, &cliques, &global, &owners, numbering.first, numbering.owned());
         let own = |column: &&usize| (numbering.first..numbering.first + numbering.owned()).contains(column);
         let own_blocks: Vec<usize> = rows.iter().map(|row| row.iter().filter(own).count()).collect();
@@ -88,6 +136,7 @@ impl Active {
             total: numbering.total,
             cliques,
             batches: batches.batches.len(),
+            platens,
             own_blocks,
             other_blocks,
             columns: rows.into_iter().flatten().collect(),
@@ -102,6 +151,17 @@ impl Active {
     /// Local nodes of a penalised face.
     pub fn face_nodes(&self, face: usize) -> &[u32] {
         self.cliques.get(self.batches + face)
+    }
+
+    /// Local node of the platen of a boundary, where points of this rank are tied to it.
+    pub fn platen(&self, boundary: usize) -> Option<u32> {
+        let platen = self.platens.iter().find(|platen| platen.boundary == boundary);
+        platen.map(|platen| platen.node)
+    }
+
+    /// Whether a local node has no place in the matrix but its diagonal: a platen whose motions are all prescribed.
+    pub fn is_detached(&self, node: u32) -> bool {
+        self.platens.iter().any(|platen| platen.node == node && !platen.coupled)
     }
 
     /// Whether a matrix made for `other` serves here too, on this rank.

@@ -4,6 +4,7 @@ pub mod active;
 pub mod kernel;
 pub mod model;
 pub mod penalty;
+pub mod surface;
 
 /// Where dense blocks of the tangent go: a matrix of PETSc in a run, a small dense one in tests.
 pub trait Sink {

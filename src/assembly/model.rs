@@ -3,9 +3,11 @@
 use crate::assembly::active::Active;
 use crate::assembly::kernel::{Workspace, jet};
 use crate::assembly::penalty::GhostPenalty;
+use crate::assembly::surface::{Surface, SurfaceConditions, SurfacePoints};
 use crate::condition::Time;
 use crate::condition::dirichlet::{Boundary, GridPlane, plane_increment};
 use crate::condition::load::{DeadLoad, FaceLoad};
+use crate::condition::weak::platen_of;
 use crate::continuum::Fields;
 use crate::grid::basis::Basis;
 use crate::grid::ghost::GhostFaces;
@@ -34,6 +36,8 @@ pub struct Model<C: Fields<D, N>, const D: usize, const N: usize> {
     pub loads: Vec<DeadLoad>,
     /// Loads on faces of the mesh.
     pub face_loads: Vec<FaceLoad>,
+    /// Penalties and pressures on points.
+    pub surface: SurfaceConditions,
     pub ghost: Option<GhostPenalty>,
 }
 
@@ -42,6 +46,7 @@ pub struct StepSystem<const D: usize> {
     pub batches: Batches<D>,
     pub faces: GhostFaces<D>,
     pub active: Active,
+    pub surface: SurfacePoints,
     /// Cells touched by a domain, on all ranks.
     pub active_cells: u64,
 }
@@ -85,16 +90,21 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Model<C, D, N> {
             None => agree_on_place(world, search(&self.grid, self.basis.as_ref(), &mut self.points))?,
         };
         let touched = batches.touched_cells(&self.grid);
-        let faces = match self.ghost {
-            Some(_) => GhostFaces::find(world, &self.grid, &touched),
-            None => GhostFaces { faces: Vec::new() },
+        let faces = match &self.ghost {
+            Some(ghost) => GhostFaces::find(world, &self.grid, &touched, ghost.scaling()),
+            None => GhostFaces::none(),
         };
-        let active = Active::new(world, &self.grid, &batches, &faces);
+        let platens = self.surface.platens(&batches, &self.points);
+        let active = Active::new(world, &self.grid, &batches, &faces, &platens);
+        let surface = self
+            .surface
+            .find(&self.grid, self.basis.as_ref(), &batches, &self.points);
         let active_cells = Numbering::new(world, &touched).total as u64;
         Ok(StepSystem {
             batches,
             faces,
             active,
+            surface,
             active_cells,
         })
     }
@@ -104,9 +114,28 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Model<C, D, N> {
         let Some(face) = self.follow_face else { return };
         let motion = plane_increment(&self.boundaries, face, face.axis, from, to);
         self.grid.move_face(face.axis, face.index > 0, motion);
-        if let Some(ghost) = &mut self.ghost {
-            ghost.fit(&self.grid);
+    }
+
+    /// Stores the gaps that a step up to a time leaves between points and platens, at local increments `u`. Returns the
+    /// forces of the platens on their points, by boundary and component, as far as they are this rank's.
+    pub fn accept_gaps(&mut self, system: &StepSystem<D>, time: Time, u: &[f64]) -> Vec<[f64; N]> {
+        let acting = self.surface.acting(time);
+        let surface = Surface {
+            found: &system.surface,
+            acting: &acting,
+            batches: &system.batches,
+            active: &system.active,
+            points: &self.points,
+        };
+        self.points.gaps = surface.gaps(u);
+        let mut forces = vec![[0.0; N]; self.boundaries.len()];
+        let points = &self.points;
+        for tie in &acting.ties {
+            for p in (0..points.len()).filter(|&p| points.marks[p] >> tie.bit & 1 == 1) {
+                forces[tie.boundary][tie.component] -= tie.penalty * points.gaps[p * points.gap_count + tie.slot];
+            }
         }
+        forces
     }
 
     /// Collective. Ends a step at local increments `u`, at which the trial stresses and states were evaluated: moves the
@@ -138,6 +167,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Model<C, D, N> {
         self.points.accept_trial();
         if let Some(elements) = &mut self.elements {
             let own = active.nodes[..active.owned].iter().zip(u.chunks_exact(N));
+            let own = own.filter(|(key, _)| platen_of(**key).is_none());
             // Translations come first among the unknowns of a node.
             let increments = own.map(|(&key, unknowns)| (key, SVector::from_fn(|k, _| unknowns[k])));
             elements.mesh.advance(world, increments);

@@ -1,45 +1,30 @@
 //! The ghost penalty in residual and tangent: it acts on the increments of the step.
 
 use super::{Sink, active::Active};
-use crate::grid::Grid;
-use crate::grid::ghost::{GhostFaces, GhostScaling, GhostSettings, penalty};
+use crate::grid::ghost::{GhostFaces, GhostScaling, GhostSettings};
 
-/// Penalty matrices for faces normal to each axis, with a coefficient for each unknown.
+/// Coefficients of the penalty for each unknown of a node.
 pub struct GhostPenalty {
-    matrices: Vec<Vec<f64>>,
-    /// Exponent of the longest edge of a face.
-    power: i32,
+    scaling: GhostScaling,
     coefficients: Vec<f64>,
 }
 
 impl GhostPenalty {
     /// `is_translation` tells the kind of each unknown of a node.
-    pub fn new<const D: usize>(grid: &Grid<D>, settings: &GhostSettings, is_translation: &[bool]) -> Self {
-        let power = match settings.scaling {
-            GhostScaling::Paper => 3,
-            GhostScaling::Stiffness => 1,
+    pub fn new(settings: &GhostSettings, is_translation: &[bool]) -> Self {
+        let coefficient = |&translation: &bool| match translation {
+            true => settings.translation,
+            false => settings.rotation,
         };
-        let mut result = Self {
-            matrices: Vec::new(),
-            power,
-            coefficients: is_translation
-                .iter()
-                .map(|&translation| {
-                    if translation {
-                        settings.translation
-                    } else {
-                        settings.rotation
-                    }
-                })
-                .collect(),
-        };
-        result.fit(grid);
-        result
+        Self {
+            scaling: settings.scaling,
+            coefficients: is_translation.iter().map(coefficient).collect(),
+        }
     }
 
-    /// Takes over the cell sizes of a grid.
-    pub fn fit<const D: usize>(&mut self, grid: &Grid<D>) {
-        self.matrices = (0..D).map(|normal| penalty(grid, normal, self.power)).collect();
+    /// How the matrices of the faces scale with the size of cells.
+    pub fn scaling(&self) -> GhostScaling {
+        self.scaling
     }
 
     /// Adds the forces of the penalty for local increments `u`.
@@ -47,7 +32,7 @@ impl GhostPenalty {
         let unknowns = self.coefficients.len();
         for (index, face) in faces.faces.iter().enumerate() {
             let nodes = active.face_nodes(index);
-            for (&row, stiffness) in nodes.iter().zip(self.matrices[face.normal].chunks_exact(nodes.len())) {
+            for (&row, stiffness) in nodes.iter().zip(faces.matrices[face.matrix].chunks_exact(nodes.len())) {
                 for (&column, stiffness) in nodes.iter().zip(stiffness) {
                     for (a, coefficient) in self.coefficients.iter().enumerate() {
                         forces[row as usize * unknowns + a] +=
@@ -60,9 +45,9 @@ impl GhostPenalty {
 
     /// Adds the stiffness of the penalty.
     pub fn add_stiffness<const D: usize>(&self, faces: &GhostFaces<D>, active: &Active, sink: &mut impl Sink) {
-        let blocks: Vec<Vec<f64>> = self.matrices.iter().map(|matrix| self.block(matrix)).collect();
+        let blocks: Vec<Vec<f64>> = faces.matrices.iter().map(|matrix| self.block(matrix)).collect();
         for (index, face) in faces.faces.iter().enumerate() {
-            sink.add(active.face_nodes(index), &blocks[face.normal]);
+            sink.add(active.face_nodes(index), &blocks[face.matrix]);
         }
     }
 

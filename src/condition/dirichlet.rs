@@ -1,24 +1,43 @@
 //! Prescribed increments on nodes.
 
 use super::Time;
+use super::weak::{Held, platen_of};
 use crate::grid::InitialNodes;
 use crate::grid::region::Shape;
 
 /// A component of the unknowns, by its index in the fields of the scene.
 pub type Component = usize;
 
-/// Conditions on nodes of a plane of the grid.
+/// Conditions on nodes of a plane of the grid, or on material points.
 #[derive(Clone, Debug)]
 pub struct Boundary {
     /// Given name, or a name made of its place in the list: `boundary[2]`.
     pub name: String,
-    pub place: NodeSet,
+    pub place: Place,
     /// Components whose increment is zero.
     pub fix: Vec<Component>,
     /// Components with their total, ramped linearly over the stage.
     pub moves: Vec<(Component, f64)>,
     /// Stage from which the condition acts.
     pub stage: usize,
+}
+
+/// What a condition holds.
+#[derive(Clone, Debug)]
+pub enum Place {
+    Nodes(NodeSet),
+    /// Points, by a penalty.
+    Points(Held),
+}
+
+impl Boundary {
+    /// The nodes that the condition acts on; `None` where it acts on points.
+    pub fn nodes(&self) -> Option<&NodeSet> {
+        match &self.place {
+            Place::Nodes(nodes) => Some(nodes),
+            Place::Points(_) => None,
+        }
+    }
 }
 
 /// Nodes of the grid.
@@ -47,8 +66,11 @@ pub struct Prescribed {
 }
 
 impl NodeSet {
-    /// Whether a node belongs to the set; what moves later keeps the sets of the start.
+    /// Whether a node belongs to the set; what moves later keeps the sets of the start. Platens belong to none.
     pub fn holds<const D: usize>(&self, nodes: &dyn InitialNodes<D>, node_key: u64) -> bool {
+        if platen_of(node_key).is_some() {
+            return false;
+        }
         let node = nodes.indices(node_key);
         self.plane.is_none_or(|plane| node[plane.axis] == plane.index)
             && self
@@ -78,9 +100,10 @@ pub fn prescribe<const D: usize>(
         .collect();
     active.sort_by_key(|boundary| boundary.stage);
     for boundary in active {
+        let Some(place) = boundary.nodes() else { continue };
         let increment = to.ramp(boundary.stage) - from.ramp(boundary.stage);
         for (local, &key) in nodes.iter().enumerate() {
-            if !boundary.place.holds(initial, key) {
+            if !place.holds(initial, key) {
                 continue;
             }
             let mut set = |component: usize, value: f64| {
@@ -101,7 +124,8 @@ pub fn prescribe<const D: usize>(
 pub fn plane_increment(boundaries: &[Boundary], plane: GridPlane, component: Component, from: Time, to: Time) -> f64 {
     let mut acting: Vec<&Boundary> = boundaries
         .iter()
-        .filter(|boundary| boundary.stage <= to.stage && boundary.place.plane == Some(plane))
+        .filter(|boundary| boundary.stage <= to.stage)
+        .filter(|boundary| boundary.nodes().is_some_and(|nodes| nodes.plane == Some(plane)))
         .collect();
     acting.sort_by_key(|boundary| boundary.stage);
     let increment_of = |boundary: &&Boundary| {
@@ -120,10 +144,10 @@ mod tests {
     use crate::grid::Grid;
 
     fn boundary(index: usize, fix: Vec<usize>, moves: Vec<(usize, f64)>, stage: usize) -> Boundary {
-        let place = NodeSet {
+        let place = Place::Nodes(NodeSet {
             plane: Some(GridPlane { axis: 1, index }),
             within: None,
-        };
+        });
         Boundary {
             name: "test".into(),
             place,
@@ -139,6 +163,7 @@ mod tests {
             min: [0.0; 2],
             cell_size: [1.0; 2],
             cells: [1, 1],
+            order: 1,
         };
         let nodes = [0, 1, 2, 3];
         let boundaries = [

@@ -1,7 +1,9 @@
-//! What acts on the body: conditions on nodes, loads on points, and how they grow with time.
+//! What acts on the body: conditions on nodes and points, loads on points and surfaces, and how they grow with time.
 
 pub mod dirichlet;
 pub mod load;
+pub mod pressure;
+pub mod weak;
 
 /// A moment of the analysis: how far a stage has come.
 #[derive(Clone, Copy, Debug, PartialEq)]

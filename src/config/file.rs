@@ -29,10 +29,10 @@ pub struct ConfigFile {
     /// Changes of properties where a shape holds; they apply in order.
     #[serde(default)]
     pub regions: Vec<RegionKeys>,
-    /// Conditions on nodes of the grid or mesh.
+    /// Conditions on nodes of the grid or mesh, or on material points.
     #[serde(default)]
     pub boundary: Vec<BoundaryKeys>,
-    /// Weights, forces and couples.
+    /// Weights, forces, couples and pressures.
     #[serde(default)]
     pub loads: Vec<LoadKeys>,
     /// Stages of the analysis, in order; at least one.
@@ -119,6 +119,16 @@ pub enum BasisName {
     /// Hat functions averaged over the domains of the points (GIMPM).
     #[default]
     Gimp,
+    /// B-splines of order 1 with open knots at the centres of the points: the hat functions of `linear`.
+    #[serde(rename = "bspline1")]
+    BSpline1,
+    /// B-splines of order 2: smooth, one function more than nodes of the cells along each axis, conditions on faces of the
+    /// grid only.
+    #[serde(rename = "bspline2")]
+    BSpline2,
+    /// B-splines of order 3, likewise with two functions more.
+    #[serde(rename = "bspline3")]
+    BSpline3,
 }
 
 /// A body of one material: it has a `shape`, or with `method: fem` a `mesh`.
@@ -175,15 +185,25 @@ pub struct RegionKeys {
     pub scale: BTreeMap<String, f64>,
 }
 
-/// A condition on nodes of the grid or mesh.
+/// A condition on nodes of the grid or mesh (`face`), or by a penalty on material points (`selection`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BoundaryKeys {
     /// Name for `output.history`; each condition that has one has its own.
     pub name: Option<String>,
-    /// A face of the grid or mesh, a plane `{axis: x, at: 0.0}` of the grid, or `all` nodes.
-    pub face: FaceKeys,
-    /// Only nodes inside this shape.
+    /// A face of the grid or mesh, a plane `{axis: x, at: 0.0}` of the grid, or `all` nodes. Either this or `selection`.
+    pub face: Option<FaceKeys>,
+    /// Points that are tied to a support by springs; not a face of a mesh. Either this or `face`.
+    pub selection: Option<SelectionKeys>,
+    /// Stiffness of the springs of each point of the selection [N/m, for rotations N m/rad; per metre of thickness in plane
+    /// strain], > 0. At most `solver.force_tolerance` / 2.2e-16 times the largest entry of the stiffness of the body.
+    pub penalty: Option<f64>,
+    /// The support of the selection is a rigid platen that does not turn: translations that are neither moved nor named
+    /// as free are fixed.
+    pub rigid: Option<RigidKeys>,
+    /// What the springs act on; `total` unless set.
+    pub penalise: Option<PenaliseName>,
+    /// Only nodes inside this shape; with `face`.
     pub within: Option<ShapeKeys>,
     /// Components whose increment is zero: `ux`, `uy`, `uz`, `rx`, `ry`, `rz`.
     #[serde(default)]
@@ -193,6 +213,25 @@ pub struct BoundaryKeys {
     pub moves: BTreeMap<String, f64>,
     /// Stage from which it acts and over which it moves; the first one unless set.
     pub stage: Option<String>,
+}
+
+/// A rigid platen.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RigidKeys {
+    /// Translations in which it moves freely, as the mean of its points: some of `ux`, `uy`, `uz`, but not all.
+    #[serde(default)]
+    pub free: Vec<String>,
+}
+
+/// What a penalty acts on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PenaliseName {
+    /// The distance from the support since the condition began.
+    Total,
+    /// The distance that a step adds: the force of earlier steps is forgotten.
+    Increment,
 }
 
 /// A face of the grid by name, or a plane of its nodes.
@@ -229,7 +268,7 @@ pub enum AxisName {
     Z,
 }
 
-/// A load: exactly one of `specific_weight`, `gravity`, `force` and `couple`.
+/// A load: exactly one of `specific_weight`, `gravity`, `force`, `couple` and `pressure`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LoadKeys {
@@ -243,7 +282,9 @@ pub struct LoadKeys {
     pub force: Option<Vec<f64>>,
     /// Total couple [N m], shared likewise: three numbers, or in plane strain the one about z.
     pub couple: Option<OneOrPerAxis<f64>>,
-    /// Points that carry a force or couple.
+    /// Pressure [Pa], positive onto the body, on a surface of a body: it stays normal to the surface, on its current area.
+    pub pressure: Option<f64>,
+    /// Points that carry a force or couple; for a pressure `surface`, or a `layer` towards one axis.
     pub at: Option<SelectionKeys>,
     /// Stage over which it ramps up; the first one unless set.
     pub stage: Option<String>,
@@ -257,6 +298,8 @@ pub enum SelectionKeys {
     Nearest(Vec<f64>),
     /// The points of a body that lie farthest in a direction.
     Layer(LayerKeys),
+    /// The points on the surface of a body.
+    Surface(SurfaceKeys),
     /// The points whose centre is inside a shape.
     Within(ShapeKeys),
     /// The points, or the face, that a named load acts on.
@@ -276,6 +319,17 @@ pub struct LayerKeys {
     pub face: Option<FaceName>,
     /// Any direction, one number per axis, not zero.
     pub direction: Option<Vec<f64>>,
+}
+
+/// The points of a body that have no neighbour of the same body in some direction: the surface of the union of their
+/// domains. A curved surface is one of steps, whose areas have the right sums. Not of a mesh, nor of points from a file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SurfaceKeys {
+    /// Name of the body.
+    pub body: String,
+    /// Directions that count: some of `x_min` to `z_max`; all unless set.
+    pub facing: Option<Vec<FaceName>>,
 }
 
 /// A region of space. A point on its boundary counts as outside, a node as inside.
@@ -383,11 +437,32 @@ pub struct PointsKeys {
 pub struct StageKeys {
     /// Name for `stage` of boundaries and loads; each stage has its own.
     pub name: String,
-    /// Number of equal steps, 1 or more: the largest step.
+    /// Number of equal steps, 1 or more: the largest step, or with `adaptive` the first.
     pub steps: usize,
     /// How often a failed step may be halved, 0 to 40.
     #[serde(default = "default_halvings")]
     pub max_halvings: u32,
+    /// Steps that grow and shrink with the number of iterations; `steps` sets the first one. Equal steps unless set.
+    pub adaptive: Option<AdaptiveKeys>,
+}
+
+/// Steps that grow and shrink with the number of iterations.
+///
+/// The next step is as many times as long as the last as `target_iterations` are more than the last one took, by a factor
+/// of 2 at most. A step that fails is halved.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AdaptiveKeys {
+    /// Longest step as a share of the stage, at least that of an equal step, 1/`steps`, and at most 1.
+    pub max_step: f64,
+    /// Iterations that a step should take, 1 to `solver.max_iterations`: linear solves, as in `newton_iterations` of the
+    /// history.
+    #[serde(default = "default_target_iterations")]
+    pub target_iterations: usize,
+}
+
+fn default_target_iterations() -> usize {
+    6
 }
 
 fn default_halvings() -> u32 {

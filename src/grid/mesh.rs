@@ -38,6 +38,7 @@ impl<const D: usize> Mesh<D> {
             min: [0.0; D],
             cell_size: [1.0; D],
             cells,
+            order: 1,
         };
         let nodes: u64 = grid.nodes_per_axis().iter().map(|&count| count as u64).product();
         let place = |key: u64| {

@@ -8,11 +8,17 @@ pub mod region;
 use nalgebra::SVector;
 
 /// An axis-aligned grid of `cells` boxes a side. Nodes and cells are numbered by `u64` keys, first axis fastest.
+///
+/// Each basis function has its node. Of functions of order 1 the nodes are the corners of the cells. Of splines of a
+/// higher order there are more, at their Greville points: with unknowns that are linear in the places of the nodes, the
+/// field is that linear function; the first and the last plane of nodes lie on the faces of the grid.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid<const D: usize> {
     pub min: [f64; D],
     pub cell_size: [f64; D],
     pub cells: [usize; D],
+    /// Order of the basis functions as polynomials on a cell; an axis has `cells + order` nodes.
+    pub order: usize,
 }
 
 impl<const D: usize> Grid<D> {
@@ -56,16 +62,24 @@ impl<const D: usize> Grid<D> {
 
     /// Nodes along each axis.
     pub fn nodes_per_axis(&self) -> [usize; D] {
-        self.cells.map(|cells| cells + 1)
+        self.cells.map(|cells| cells + self.order)
     }
 
     /// Position of a node, the third coordinate zero in the plane.
     pub fn node_position(&self, node: &[usize; D]) -> [f64; 3] {
         let mut position = [0.0; 3];
         for axis in 0..D {
-            position[axis] = self.min[axis] + node[axis] as f64 * self.cell_size[axis];
+            position[axis] = self.min[axis] + self.node_coordinate(axis, node[axis]) * self.cell_size[axis];
         }
         position
+    }
+
+    /// Place of a node along an axis in cells from the lower face: the mean of the `order` knots inside the range of its
+    /// function (Greville), where the knots are the lines of the grid, those at its ends repeated.
+    fn node_coordinate(&self, axis: usize, node: usize) -> f64 {
+        let knots = node + 1..=node + self.order;
+        let sum: usize = knots.map(|k| k.saturating_sub(self.order).min(self.cells[axis])).sum();
+        sum as f64 / self.order as f64
     }
 
     /// Cells that share a face with a cell, within the grid.
@@ -159,9 +173,10 @@ impl<const D: usize> Support<D> {
         for_each_in_box(&self.lowest, &self.count, visit);
     }
 
-    /// Calls `visit` with every cell between the nodes, first axis fastest.
-    pub fn for_each_cell(&self, visit: impl FnMut(&[usize; D])) {
-        for_each_in_box(&self.lowest, &self.count.map(|count| count - 1), visit);
+    /// Calls `visit` with every cell that sees none but these nodes, first axis fastest. A cell sees `order + 1` of them
+    /// along each axis.
+    pub fn for_each_cell(&self, order: usize, visit: impl FnMut(&[usize; D])) {
+        for_each_in_box(&self.lowest, &self.count.map(|count| count - order as u32), visit);
     }
 }
 
@@ -187,6 +202,7 @@ mod tests {
             min: [0.0; 3],
             cell_size: [0.5; 3],
             cells: [3, 4, 5],
+            order: 1,
         };
         for key in 0..60 {
             assert_eq!(grid.cell_key(&grid.cell(key)), key);
@@ -196,12 +212,32 @@ mod tests {
         assert_eq!(grid.node([4, 5, 6].iter().product::<u64>() - 1), [3, 4, 5]);
     }
 
+    /// Greville points of order 2 and 3 on four cells, by hand; a single cell has those of Bernstein's polynomials.
+    #[test]
+    fn nodes_of_splines_lie_at_their_greville_points() {
+        let places = |order: usize, cells: usize| -> Vec<f64> {
+            let grid = Grid {
+                min: [0.0],
+                cell_size: [1.0],
+                cells: [cells],
+                order,
+            };
+            let nodes = 0..grid.nodes_per_axis()[0];
+            nodes.map(|node| grid.node_position(&[node])[0]).collect()
+        };
+        assert_eq!(places(2, 4), [0.0, 0.5, 1.5, 2.5, 3.5, 4.0]);
+        let third = 1.0 / 3.0;
+        assert_eq!(places(3, 4), [0.0, third, 1.0, 2.0, 3.0, 11.0 / 3.0, 4.0]);
+        assert_eq!(places(3, 1), [0.0, third, 2.0 / 3.0, 1.0]);
+    }
+
     #[test]
     fn a_moved_face_stretches_the_cells_between() {
         let mut grid = Grid {
             min: [-1.0, 0.0],
             cell_size: [0.5, 1.0],
             cells: [4, 2],
+            order: 1,
         };
         grid.move_face(0, true, 0.4);
         grid.move_face(1, false, -1.0);
@@ -215,6 +251,7 @@ mod tests {
             min: [-1.0, 0.0],
             cell_size: [0.5, 1.0],
             cells: [4, 2],
+            order: 1,
         };
         assert_eq!(grid.cell_at(&SVector::from([-1.0, 0.0])), Some([0, 0]));
         assert_eq!(grid.cell_at(&SVector::from([1.0, 2.0])), Some([3, 1]));

@@ -7,7 +7,7 @@ use nalgebra::SVector;
 
 /// Numbers that one point packs into.
 fn record_length<C: Continuum, const D: usize>(points: &Points<C, D>) -> usize {
-    4 + 4 * D + 1 + total_length(C::MOTION) + total_length(C::STRESS) + points.state_length
+    4 + 4 * D + 1 + total_length(C::MOTION) + total_length(C::STRESS) + points.state_length + points.gap_count
 }
 
 impl<C: Continuum, const D: usize> Points<C, D> {
@@ -35,6 +35,7 @@ impl<C: Continuum, const D: usize> Points<C, D> {
         C::pack_motion(&self.motion[point], motion);
         C::pack_stress(&self.stress[point], stress);
         record.extend_from_slice(self.state_of(point));
+        record.extend_from_slice(&self.gaps[point * self.gap_count..][..self.gap_count]);
     }
 
     /// Appends the points of a sequence of records.
@@ -53,10 +54,12 @@ impl<C: Continuum, const D: usize> Points<C, D> {
             self.half_lengths.push(vector(3));
             self.volume.push(rest[0]);
             let (motion, rest) = rest[1..].split_at(total_length(C::MOTION));
-            let (stress, state) = rest.split_at(total_length(C::STRESS));
+            let (stress, rest) = rest.split_at(total_length(C::STRESS));
+            let (state, gaps) = rest.split_at(self.state_length);
             self.motion.push(C::unpack_motion(motion));
             self.stress.push(C::unpack_stress(stress));
             self.state.extend_from_slice(state);
+            self.gaps.extend_from_slice(gaps);
         }
         self.reset_trial();
     }

@@ -36,6 +36,9 @@ pub struct Points<C: Continuum, const D: usize> {
     /// State of the law, `state_length` numbers a point.
     pub state: Vec<f64>,
     pub state_length: usize,
+    /// Gaps of the springs that tie the point to platens [m, rad], `gap_count` numbers a point.
+    pub gaps: Vec<f64>,
+    pub gap_count: usize,
     pub trial_stress: Vec<C::Stress>,
     pub trial_state: Vec<f64>,
 }
@@ -57,6 +60,8 @@ impl<C: Continuum, const D: usize> Points<C, D> {
             stress: Vec::new(),
             state: Vec::new(),
             state_length,
+            gaps: Vec::new(),
+            gap_count: 0,
             trial_stress: Vec::new(),
             trial_state: Vec::new(),
         }
@@ -101,7 +106,18 @@ impl<C: Continuum, const D: usize> Points<C, D> {
             .iter()
             .flat_map(|&from| self.state[from * length..(from + 1) * length].to_vec())
             .collect();
+        let count = self.gap_count;
+        self.gaps = order
+            .iter()
+            .flat_map(|&from| self.gaps[from * count..(from + 1) * count].to_vec())
+            .collect();
         self.reset_trial();
+    }
+
+    /// Gives every point room for this many gaps, all closed.
+    pub fn keep_gaps(&mut self, count: usize) {
+        self.gap_count = count;
+        self.gaps = vec![0.0; count * self.len()];
     }
 
     /// Makes the scratch arrays as long as the accepted ones.

@@ -52,7 +52,9 @@ impl<const D: usize> Batches<D> {
     pub fn touched_cells(&self, grid: &Grid<D>) -> Vec<u64> {
         let mut cells = Vec::new();
         for batch in &self.batches {
-            batch.support.for_each_cell(|cell| cells.push(grid.cell_key(cell)));
+            batch
+                .support
+                .for_each_cell(grid.order, |cell| cells.push(grid.cell_key(cell)));
         }
         cells.sort_unstable();
         cells.dedup();

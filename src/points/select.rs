@@ -1,9 +1,12 @@
 //! Selections: sets of points found in the initial state, carried by the points as marks.
 
 use super::Points;
+use super::placement::AxisPoint;
+use super::seed::{Body, PointSource};
 use crate::continuum::Continuum;
+use crate::grid::Grid;
 use crate::grid::region::Shape;
-use crate::parallel::World;
+use crate::parallel::{Numbering, World};
 use nalgebra::{SVector, Vector3};
 
 /// A set of material points, found in the initial state.
@@ -13,6 +16,11 @@ pub enum Selection {
     Layer {
         body: usize,
         direction: [f64; 3],
+    },
+    /// Points of a body whose domains have a side on its surface, towards any of these: axis, and whether upwards.
+    Surface {
+        body: usize,
+        sides: Vec<(usize, bool)>,
     },
     Nearest([f64; 3]),
     Within(Shape),
@@ -28,21 +36,24 @@ const LAYER_TOLERANCE: f64 = 1.0e-6;
 
 impl<C: Continuum, const D: usize> Points<C, D> {
     /// Collective. Marks the points of a selection with bit `bit` and returns how many there are on all ranks.
-    /// `bit_of_load` gives the bit of the selection that a load acts on.
+    /// `marks_of_load` gives the marks of the points that a load acts on; all points without. `edge` is the shortest
+    /// distance of neighbouring nodes.
     pub fn mark(
         &mut self,
         world: &World,
         selection: &Selection,
         bit: usize,
-        bit_of_load: impl Fn(usize) -> Option<usize>,
+        marks_of_load: impl Fn(usize) -> Option<u64>,
+        (grid, bodies): (&Grid<D>, &[Body]),
         edge: f64,
     ) -> u64 {
         let chosen: Vec<bool> = match selection {
             Selection::Layer { body, direction } => self.layer(world, *body, direction, edge),
             Selection::Nearest(target) => self.nearest(world, target, edge),
             Selection::Within(shape) => self.all(|p| shape.contains(&in_space(&self.position[p]), 0.0)),
-            Selection::Load(load) => match bit_of_load(*load) {
-                Some(other) => self.all(|p| self.marks[p] >> other & 1 == 1),
+            Selection::Surface { body, sides } => self.surface(world, grid, *body, &bodies[*body], sides),
+            Selection::Load(load) => match marks_of_load(*load) {
+                Some(marks) => self.all(|p| self.marks[p] & marks != 0),
                 None => self.all(|_| true),
             },
         };
@@ -69,6 +80,39 @@ impl<C: Continuum, const D: usize> Points<C, D> {
         self.all(|p| of_body(p) && distance(p) >= farthest - LAYER_TOLERANCE * edge)
     }
 
+    /// Points of a body on a lattice that have no neighbour of the same body towards one of the sides.
+    fn surface(&self, world: &World, grid: &Grid<D>, number: usize, body: &Body, sides: &[(usize, bool)]) -> Vec<bool> {
+        let PointSource::Lattice {
+            points_per_cell,
+            placement,
+            ..
+        } = &body.points
+        else {
+            return vec![false; self.len()];
+        };
+        let rules: [Vec<AxisPoint>; D] = std::array::from_fn(|axis| placement.axis_points(points_per_cell[axis]));
+        let lattice = Lattice { grid, rules: &rules };
+        let own: Vec<usize> = (0..self.len()).filter(|&p| self.body[p] as usize == number).collect();
+        let places: Vec<[usize; D]> = own.iter().map(|&p| lattice.place(&self.position[p])).collect();
+        let mut keys: Vec<u64> = places.iter().map(|place| lattice.key(place)).collect();
+        keys.sort_unstable();
+        let numbering = Numbering::new(world, &keys);
+        let mut chosen = vec![false; self.len()];
+        for &(axis, upper) in sides {
+            let neighbours: Vec<Option<[usize; D]>> = places
+                .iter()
+                .map(|place| lattice.neighbour(place, axis, upper))
+                .collect();
+            let asked: Vec<u64> = neighbours.iter().flatten().map(|place| lattice.key(place)).collect();
+            let mut found = numbering.look_up(world, &asked).into_iter();
+            for (&p, neighbour) in own.iter().zip(&neighbours) {
+                let covered = neighbour.is_some() && found.next().flatten().is_some();
+                chosen[p] |= !covered;
+            }
+        }
+        chosen
+    }
+
     /// The one point nearest to a position, the lowest id among equals.
     fn nearest(&self, world: &World, target: &[f64; 3], edge: f64) -> Vec<bool> {
         let distance = |p: usize| (Vector3::from(in_space(&self.position[p])) - Vector3::from(*target)).norm();
@@ -82,6 +126,46 @@ impl<C: Continuum, const D: usize> Points<C, D> {
                 .unwrap_or(u64::MAX),
         );
         self.all(|p| self.id[p] == lowest_id)
+    }
+}
+
+/// The points of a lattice, counted along each axis of the grid.
+struct Lattice<'a, const D: usize> {
+    grid: &'a Grid<D>,
+    rules: &'a [Vec<AxisPoint>; D],
+}
+
+impl<const D: usize> Lattice<'_, D> {
+    /// Place of the lattice point at a position.
+    fn place(&self, position: &SVector<f64, D>) -> [usize; D] {
+        std::array::from_fn(|axis| {
+            let rule = &self.rules[axis];
+            let x = self.grid.cell_coordinate(axis, position[axis]);
+            let far = |point: &AxisPoint| (point.position - x.fract()).abs();
+            let nearest = (0..rule.len()).min_by(|&a, &b| far(&rule[a]).total_cmp(&far(&rule[b])));
+            x as usize * rule.len() + nearest.unwrap_or_default()
+        })
+    }
+
+    /// The next place along an axis; `None` beyond the grid.
+    fn neighbour(&self, place: &[usize; D], axis: usize, upper: bool) -> Option<[usize; D]> {
+        let mut next = *place;
+        next[axis] = if upper {
+            place[axis] + 1
+        } else {
+            place[axis].checked_sub(1)?
+        };
+        (next[axis] < self.count(axis)).then_some(next)
+    }
+
+    fn count(&self, axis: usize) -> usize {
+        self.grid.cells[axis] * self.rules[axis].len()
+    }
+
+    fn key(&self, place: &[usize; D]) -> u64 {
+        (0..D)
+            .rev()
+            .fold(0, |key, axis| key * self.count(axis) as u64 + place[axis] as u64)
     }
 }
 

@@ -4,6 +4,7 @@ use super::convergence::IterationRecord;
 use super::equilibrium::Equilibrium;
 use crate::assembly::active::Active;
 use crate::assembly::model::{Model, StepSystem};
+use crate::assembly::surface::{ActingConditions, Surface};
 use crate::condition::Time;
 use crate::condition::load::{add_external_forces, add_face_forces};
 use crate::continuum::Fields;
@@ -137,6 +138,31 @@ pub fn external_forces<C: Fields<D, N>, const D: usize, const N: usize>(
     );
     let own_nodes = &system.active.nodes[..system.active.owned];
     add_face_forces(&model.face_loads, time, own_nodes, forces.local_mut());
+    forces.add_to_owners()?;
+    Ok(forces.owned().to_vec())
+}
+
+/// Forces that pressures put on own unknowns, on the shape at the start of the step.
+pub fn pressure_forces<C: Fields<D, N>, const D: usize, const N: usize>(
+    session: &Rc<Session>,
+    layout: &Layout,
+    model: &Model<C, D, N>,
+    system: &StepSystem<D>,
+    acting: &ActingConditions,
+) -> Result<Vec<f64>, Error> {
+    if acting.pressures.is_empty() {
+        return Ok(vec![0.0; layout.owned_length()]);
+    }
+    let mut forces = GhostVector::new(session, layout)?;
+    let surface = Surface {
+        found: &system.surface,
+        acting,
+        batches: &system.batches,
+        active: &system.active,
+        points: &model.points,
+    };
+    let zero = vec![0.0; layout.local_length()];
+    surface.add_pressure_forces(&zero, -1.0, forces.local_mut());
     forces.add_to_owners()?;
     Ok(forces.owned().to_vec())
 }

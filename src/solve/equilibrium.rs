@@ -3,8 +3,10 @@
 use super::convergence::{IterationRecord, Norms};
 use super::settings::SolverSettings;
 use crate::assembly::Sink;
+use crate::assembly::active::Active;
 use crate::assembly::kernel::{OutOfDomain, Workspace};
 use crate::assembly::model::{Model, StepSystem};
+use crate::assembly::surface::{ActingConditions, Surface, SurfaceWorkspace};
 use crate::condition::dirichlet::Prescribed;
 use crate::continuum::Fields;
 use crate::parallel::World;
@@ -17,8 +19,12 @@ pub struct Equilibrium<'a, C: Fields<D, N>, const D: usize, const N: usize> {
     pub workspace: &'a mut Workspace<C, D, N>,
     pub system: &'a StepSystem<D>,
     pub prescribed: &'a Prescribed,
+    /// Penalties and pressures at the end of the step.
+    pub acting: &'a ActingConditions,
     /// External forces on own unknowns at the end of the step.
     pub external: &'a [f64],
+    /// Forces of pressures on own unknowns on the shape at the start of the step: part of the scale of forces.
+    pub pushed: &'a [f64],
     pub settings: &'a SolverSettings,
     /// Largest norm of external forces and reactions in the analysis so far.
     pub peak_force: f64,
@@ -31,6 +37,7 @@ pub struct Equilibrium<'a, C: Fields<D, N>, const D: usize, const N: usize> {
     /// Local increments of the last evaluation.
     evaluated: Vec<f64>,
     unassembled: f64,
+    surface_workspace: SurfaceWorkspace,
 }
 
 impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, N> {
@@ -41,7 +48,9 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
         workspace: &'a mut Workspace<C, D, N>,
         system: &'a StepSystem<D>,
         prescribed: &'a Prescribed,
+        acting: &'a ActingConditions,
         external: &'a [f64],
+        pushed: &'a [f64],
         settings: &'a SolverSettings,
         peak_force: f64,
     ) -> Self {
@@ -52,7 +61,9 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
             workspace,
             system,
             prescribed,
+            acting,
             external,
+            pushed,
             settings,
             peak_force,
             reactions,
@@ -61,10 +72,11 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
             failure: None,
             evaluated: Vec::new(),
             unassembled: 0.0,
+            surface_workspace: SurfaceWorkspace::default(),
         }
     }
 
-    /// Internal forces of points and ghost penalty at local increments; the failure, if any, is common to all ranks.
+    /// Internal forces of points, ghost penalty, penalties and pressures at local increments; the failure, if any, is common to all ranks.
     fn internal_forces(&mut self, u: &[f64], forces: &mut [f64]) -> Result<(), Evaluate> {
         let StepSystem {
             batches, faces, active, ..
@@ -87,7 +99,20 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
         if let Some(ghost) = &model.ghost {
             ghost.add_forces(faces, active, u, forces);
         }
+        let surface = self.surface();
+        surface.add_tie_forces(u, forces);
+        surface.add_pressure_forces(u, 1.0, forces);
         Ok(())
+    }
+
+    fn surface(&self) -> Surface<'_, C, D, N> {
+        Surface {
+            found: &self.system.surface,
+            acting: self.acting,
+            batches: &self.system.batches,
+            active: &self.system.active,
+            points: &self.model.points,
+        }
     }
 
     /// Adds the tangent at local increments `u` to a matrix. With `lift`, adds `K_fc v` of the prescribed increments to it.
@@ -107,7 +132,7 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
         let model = &*self.model;
         let mut sink = MatrixSink {
             matrix,
-            global: &active.global,
+            active,
             unknowns: N,
             prescribed: self.prescribed,
             lift,
@@ -121,7 +146,13 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
         if let Some(ghost) = &model.ghost {
             ghost.add_stiffness(faces, active, &mut sink);
         }
-        sink.finish(active.owned)
+        let mut scratch = std::mem::take(&mut self.surface_workspace);
+        let surface = self.surface();
+        surface.add_tie_stiffness(&mut scratch, &mut sink);
+        surface.add_pressure_stiffness(u, &mut scratch, &mut sink);
+        let finished = sink.finish(active.owned);
+        self.surface_workspace = scratch;
+        finished
     }
 }
 
@@ -140,7 +171,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Nonlinear for Equilibrium<
                 *own = 0.0;
             }
             sums[usize::from(!C::IS_TRANSLATION[index % N])] += *own * *own;
-            sums[2] += (self.external[index] + self.reactions[index]).powi(2);
+            sums[2] += (self.external[index] + self.pushed[index] + self.reactions[index]).powi(2);
         }
         self.world.sum_slice(&mut sums);
         self.norms = Norms::from_sums(&sums);
@@ -180,11 +211,14 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Nonlinear for Equilibrium<
     }
 }
 
+/// Number of a row and column that the matrix passes over.
+const NOWHERE: PetscInt = -1;
+
 /// Hands blocks over to the matrix of PETSc: rows and columns of prescribed unknowns are left out and get a unit
 /// diagonal, which is consistent because their values are exact since the opening solve.
 struct MatrixSink<'a> {
     matrix: &'a mut BlockMatrix,
-    global: &'a [usize],
+    active: &'a Active,
     unknowns: usize,
     prescribed: &'a Prescribed,
     lift: Option<&'a mut [f64]>,
@@ -213,7 +247,7 @@ impl MatrixSink<'_> {
     /// Sets the unit diagonal of prescribed unknowns; reports the first failure since the sink was made.
     fn finish(self, owned_nodes: usize) -> Result<(), Evaluate> {
         for index in (0..owned_nodes * self.unknowns).filter(|&index| self.prescribed.mask[index]) {
-            let node = self.global[index / self.unknowns] as PetscInt;
+            let node = self.active.global[index / self.unknowns] as PetscInt;
             self.matrix.add_diagonal(node, index % self.unknowns, 1.0)?;
         }
         self.failure.map_or(Ok(()), |error| Err(error.into()))
@@ -233,7 +267,10 @@ impl Sink for MatrixSink<'_> {
         self.add_lift(nodes, tangent);
         self.indices.clear();
         self.indices
-            .extend(nodes.iter().map(|&node| self.global[node as usize] as PetscInt));
+            .extend(nodes.iter().map(|&node| match self.active.is_detached(node) {
+                true => NOWHERE,
+                false => self.active.global[node as usize] as PetscInt,
+            }));
         let mut values = tangent;
         if unknowns_of(nodes, self.unknowns).any(|index| self.prescribed.mask[index]) {
             self.block.clear();

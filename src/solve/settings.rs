@@ -5,6 +5,17 @@ pub struct Stage {
     pub name: String,
     pub steps: usize,
     pub max_halvings: u32,
+    /// Equal steps, but for those that fail, unless set.
+    pub adaptive: Option<Adaptive>,
+}
+
+/// Steps that grow and shrink with the number of iterations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Adaptive {
+    /// Longest step as a share of the stage.
+    pub max_step: f64,
+    /// Linear solves that a step should take, the opening one included.
+    pub target_iterations: usize,
 }
 
 #[derive(Clone, Debug)]

@@ -1,6 +1,6 @@
 //! The analysis: stages, steps, attempts. A failed attempt leaves no trace in the points.
 
-use super::attempt::{Failure, Search, Solution, Solver, Tried, external_forces, try_step};
+use super::attempt::{Failure, Search, Solution, Solver, Tried, external_forces, pressure_forces, try_step};
 use super::balance::{LARGEST_IMBALANCE, imbalance, share_points};
 use super::convergence::IterationRecord;
 use super::equilibrium::Equilibrium;
@@ -11,6 +11,7 @@ use crate::assembly::model::{Model, StepSystem};
 use crate::clock::{Clock, Phase};
 use crate::condition::Time;
 use crate::condition::dirichlet::prescribe;
+use crate::condition::weak::prescribe_platens;
 use crate::continuum::Fields;
 use crate::error::Error;
 use crate::parallel::World;
@@ -130,7 +131,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
     pub fn run(&mut self, stages: &[Stage], observer: &mut dyn Observer<C, D, N>) -> Result<(), Error> {
         let mut system = self.search()?;
         for (index, stage) in stages.iter().enumerate() {
-            let mut schedule = Schedule::new(index, stage.steps, stage.max_halvings);
+            let mut schedule = Schedule::new(index, stage);
             while schedule.next_step().is_some() {
                 let solution = self.solve_step(&system, stage, &mut schedule, observer)?;
                 let last = index + 1 == stages.len() && schedule.next_step().is_none();
@@ -168,7 +169,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
             })?;
             match end {
                 Ok(solution) => {
-                    schedule.accept();
+                    schedule.accept(solution.iterations);
                     return Ok(solution);
                 }
                 Err(Failure {
@@ -202,6 +203,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         last: bool,
         observer: &mut dyn Observer<C, D, N>,
     ) -> Result<(), Error> {
+        let mut platens = self.model.accept_gaps(system, schedule.done(), &solution.increments);
         self.model.accept(
             &self.world,
             &mut self.workspace,
@@ -212,7 +214,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         self.model.follow(schedule.start(), schedule.done());
         self.counts.steps += 1;
         self.peak_force = self.peak_force.max(solution.force_scale);
-        let reactions = self.boundary_reactions(system, &solution.reactions);
+        let reactions = self.boundary_reactions(system, &solution.reactions, &mut platens);
         observer.accepted(&Accepted {
             step: self.counts.steps,
             stage,
@@ -291,16 +293,13 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         let clock = self.clock.clone();
         let searching = clock.enter(Phase::Search);
         self.prepare_solver(system)?;
-        let prescribed = prescribe(
-            &self.model.boundaries,
-            self.model.initial_nodes(),
-            &system.active.nodes,
-            N,
-            from,
-            to,
-        );
+        let nodes = &system.active.nodes;
+        let mut prescribed = prescribe(&self.model.boundaries, self.model.initial_nodes(), nodes, N, from, to);
+        let acting = self.model.surface.acting(to);
+        prescribe_platens(&acting.ties, nodes, N, from, to, &mut prescribed);
         let solver = self.solver.as_mut().expect("the solver was prepared");
         let external = external_forces(&self.session, &solver.layout, &self.model, system, to)?;
+        let pushed = pressure_forces(&self.session, &solver.layout, &self.model, system, &acting)?;
         drop(searching);
         let _solving = clock.enter(Phase::Solve);
         solver.choose(search)?;
@@ -310,7 +309,9 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
             &mut self.workspace,
             system,
             &prescribed,
+            &acting,
             &external,
+            &pushed,
             &self.settings,
             self.peak_force,
         );
@@ -321,21 +322,21 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         Ok(tried)
     }
 
-    /// Forces of the supports on each boundary's nodes.
-    fn boundary_reactions(&self, system: &StepSystem<D>, reactions: &[f64]) -> Vec<[f64; N]> {
+    /// Forces of the supports on each boundary's nodes, from the reactions on own unknowns, or on its points, where
+    /// `platens` has this rank's part.
+    fn boundary_reactions(&self, system: &StepSystem<D>, reactions: &[f64], platens: &mut [[f64; N]]) -> Vec<[f64; N]> {
         let active = &system.active;
-        let mut sums = vec![0.0; self.model.boundaries.len() * N];
+        let sums = platens.as_flattened_mut();
         for (boundary, sums) in self.model.boundaries.iter().zip(sums.chunks_exact_mut(N)) {
+            let Some(place) = boundary.nodes() else { continue };
             for (&key, own) in active.nodes[..active.owned].iter().zip(reactions.chunks_exact(N)) {
-                if boundary.place.holds(self.model.initial_nodes(), key) {
+                if place.holds(self.model.initial_nodes(), key) {
                     sums.iter_mut().zip(own).for_each(|(sum, reaction)| *sum += reaction);
                 }
             }
         }
-        self.world.sum_slice(&mut sums);
-        sums.chunks_exact(N)
-            .map(|sums| std::array::from_fn(|a| sums[a]))
-            .collect()
+        self.world.sum_slice(sums);
+        platens.to_vec()
     }
 }
 

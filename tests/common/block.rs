@@ -53,6 +53,7 @@ pub fn model<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         min: [0.0; D],
         cell_size: [H; D],
         cells: [4; D],
+        order: basis.order(),
     };
     let mut random = Random(7);
     let mut list = Vec::new();
@@ -86,7 +87,7 @@ pub fn model<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         rotation: 1.0e5,
         scaling: GhostScaling::Paper,
     };
-    let ghost = Some(GhostPenalty::new(&grid, &settings, &C::IS_TRANSLATION));
+    let ghost = Some(GhostPenalty::new(&settings, &C::IS_TRANSLATION));
     Model {
         initial_grid: grid.clone(),
         elements: None,
@@ -98,6 +99,7 @@ pub fn model<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         boundaries: Vec::new(),
         loads: Vec::new(),
         face_loads: Vec::new(),
+        surface: Default::default(),
         ghost,
     }
 }

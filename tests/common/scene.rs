@@ -2,14 +2,19 @@
 
 use std::fmt::Write;
 
-/// Nodes of a grid from the origin with cubic cells, as positions; two coordinates or three.
-pub fn nodes(cells: &[usize], edge: f64) -> Vec<Vec<f64>> {
-    let count: usize = cells.iter().map(|cells| cells + 1).product();
+/// Nodes of a grid from the origin with cubic cells, as positions; two coordinates or three. Those of splines of a higher
+/// order are at their Greville points.
+pub fn nodes(cells: &[usize], edge: f64, order: usize) -> Vec<Vec<f64>> {
+    let count: usize = cells.iter().map(|cells| cells + order).product();
     let position = |mut flat: usize| {
-        let along = |cells: &usize| {
-            let index = flat % (cells + 1);
-            flat /= cells + 1;
-            index as f64 * edge
+        let along = |&cells: &usize| {
+            let index = flat % (cells + order);
+            flat /= cells + order;
+            // The mean of the knots between the ends of the function; the knots at both ends of the grid are repeated.
+            let inner: Vec<f64> = (index + 1..=index + order)
+                .map(|knot| (knot as f64 - order as f64).clamp(0.0, cells as f64))
+                .collect();
+            inner.iter().sum::<f64>() / order as f64 * edge
         };
         cells.iter().map(along).collect()
     };

@@ -51,6 +51,12 @@ fn on_a_yielding_block_with_ghost_penalty() {
 }
 
 #[test]
+fn on_splines() {
+    ranks_agree(scenes::block_on_splines, &[2, 3]);
+    ranks_agree(scenes::sliding_block_on_splines, &[2, 3]);
+}
+
+#[test]
 fn on_a_collapsing_classical_block() {
     ranks_agree(scenes::collapsing_block, &[2, 3]);
 }

@@ -61,6 +61,16 @@ output:
     )
 }
 
+/// The same block on splines of order 2, on a grid that ends at its top.
+pub fn block_on_splines() -> Launch {
+    block().set(&[
+        "grid.basis=bspline2",
+        "grid.max=[0.05, 0.05, 0.04]",
+        "grid.cells=[5, 5, 4]",
+        "boundary.1.face=z_max",
+    ])
+}
+
 /// A block under a weight with a part along the grid, whose base slides by six cells in steps of half a cell.
 pub fn sliding_block() -> Launch {
     Launch::text(
@@ -88,6 +98,14 @@ output:
     - {name: turn, max: rotation}
 ",
     )
+}
+
+/// The sliding block on splines of order 3, its edges held by a ghost penalty.
+pub fn sliding_block_on_splines() -> Launch {
+    sliding_block().set(&[
+        "grid.basis=bspline3",
+        "stabilisation={ghost: {translation: 8.0e2, rotation: 0.02, scaling: stiffness}}",
+    ])
 }
 
 /// Points in one single cell.

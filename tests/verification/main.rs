@@ -20,4 +20,5 @@ mod prescribed_motion;
 mod reference;
 mod shear;
 mod shear_layer;
+mod splines;
 mod torsion;

@@ -35,9 +35,14 @@ fn drive(space: bool, basis: &str, steps: usize, gradient: &Matrix3<f64>, rotati
     let axes = if space { 3 } else { 2 };
     let components = if space { &[0, 1, 2, 3, 4, 5][..] } else { &[0, 1, 5] };
     let centre = 2.0 * EDGE;
-    // The body stays in the cells about the centre.
-    let near = |node: &&Vec<f64>| node.iter().all(|x| (x - centre).abs() < 1.5 * EDGE);
-    let entries: String = nodes(&vec![4; axes], EDGE)
+    // The body stays in the cells about the centre, which do not see the nodes on the faces.
+    let near = |node: &&Vec<f64>| node.iter().all(|x| (x - centre).abs() < 1.9 * EDGE);
+    let order = match basis {
+        "bspline2" => 2,
+        "bspline3" => 3,
+        _ => 1,
+    };
+    let entries: String = nodes(&vec![4; axes], EDGE, order)
         .iter()
         .filter(near)
         .map(|node| {
@@ -166,15 +171,27 @@ fn rotation_about_another_axis() {
 }
 
 #[test]
+fn rotation_past_a_full_turn_on_splines() {
+    for basis in ["bspline1", "bspline2", "bspline3"] {
+        rotate(false, basis, 10, Vector3::new(0.0, 0.0, 0.7));
+    }
+    rotate(true, "bspline2", 4, Vector3::new(0.6, 0.0, 0.0));
+}
+
+#[test]
 fn stretch_shear_and_rotation_in_the_plane() {
     let gradient = Matrix3::new(0.04, 0.06, 0.0, -0.02, -0.05, 0.0, 0.0, 0.0, 0.0);
-    deform(false, "linear", 4, gradient, Vector3::new(0.0, 0.0, 0.08));
+    for basis in ["linear", "bspline2", "bspline3"] {
+        deform(false, basis, 4, gradient, Vector3::new(0.0, 0.0, 0.08));
+    }
 }
 
 #[test]
 fn stretch_shear_and_rotation_in_space() {
     let gradient = Matrix3::new(0.04, 0.06, 0.02, -0.02, -0.05, 0.03, 0.05, -0.01, 0.02);
-    deform(true, "gimp", 4, gradient, Vector3::new(0.0, -0.15, 0.0));
+    for basis in ["gimp", "bspline3"] {
+        deform(true, basis, 4, gradient, Vector3::new(0.0, -0.15, 0.0));
+    }
 }
 
 /// A block that is compressed on a grid that follows, its middle row of nodes held from sliding.

@@ -108,7 +108,7 @@ impl Check<'_> {
         let domains = self.grid.as_ref().is_some_and(|grid| grid.basis == BasisKind::Gimp);
         let message = "domains around Gauss points do not fill the cell";
         let fits = placement == Placement::Even || !domains;
-        self.require(fits, path, message, "even, or gauss with grid.basis: linear")
+        self.require(fits, path, message, "even, or gauss with another grid.basis than gimp")
             .then_some(placement)
     }
 

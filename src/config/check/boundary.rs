@@ -1,8 +1,8 @@
-//! Conditions on nodes of the grid or mesh.
+//! Conditions on nodes of the grid or mesh, and on points.
 
 use super::Check;
 use super::shape::axis_index;
-use crate::condition::dirichlet::{Boundary, Component, GridPlane, NodeSet};
+use crate::condition::dirichlet::{Boundary, Component, GridPlane, NodeSet, Place};
 use crate::config::file::{BoundaryKeys, FaceKeys, FaceName, ScalarOr};
 use crate::config::nearest::{did_you_mean, nearest};
 use crate::config::path::Path;
@@ -27,32 +27,64 @@ impl Check<'_> {
     }
 
     fn boundary(&mut self, path: &Path, keys: &BoundaryKeys) -> Option<Boundary> {
-        let plane = self.face(&path.key("face"), &keys.face);
-        let within = keys
-            .within
-            .as_ref()
-            .map(|within| self.shape(&path.key("within"), within));
+        let place = match (&keys.face, &keys.selection) {
+            (Some(face), None) => self.nodes(path, face, keys).map(Place::Nodes),
+            (None, Some(selection)) => self.held(path, selection, keys).map(Place::Points),
+            _ => {
+                let message = "a condition acts either on nodes or on points";
+                self.report(path, message, "either face (nodes) or selection (points)");
+                None
+            }
+        };
         let fix = self.fixed(&path.key("fix"), &keys.fix);
         let moves = self.moves(&path.key("move"), keys);
         let stage = self.stage(path, keys.stage.as_deref());
-        let idle = keys.fix.is_empty() && keys.moves.is_empty();
+        let idle = keys.fix.is_empty() && keys.moves.is_empty() && keys.rigid.is_none();
         self.require(
             !idle,
             path,
             "the condition neither fixes nor moves anything",
             "fix, move or both",
         );
+        let (place, mut fix, moves) = (place?, fix?, moves?);
+        if let (Place::Points(held), Some(_)) = (&place, &keys.rigid) {
+            self.complete_platen(held, &mut fix, &moves);
+        }
+        Some(Boundary {
+            name: keys.name.clone().unwrap_or_else(|| path.to_string()),
+            place,
+            fix,
+            moves,
+            stage: stage?,
+        })
+    }
+
+    /// Nodes of a face, as far as a shape holds them.
+    fn nodes(&mut self, path: &Path, face: &FaceKeys, keys: &BoundaryKeys) -> Option<NodeSet> {
+        let plane = self.face(&path.key("face"), face);
+        let within = keys
+            .within
+            .as_ref()
+            .map(|within| self.shape(&path.key("within"), within));
+        let of_points = [
+            ("penalty", keys.penalty.is_some()),
+            ("rigid", keys.rigid.is_some()),
+            ("penalise", keys.penalise.is_some()),
+        ];
+        for (key, given) in of_points {
+            let message = "nodes are held exactly, without a penalty";
+            self.require(
+                !given,
+                &path.key(key),
+                message,
+                "this key with selection in place of face",
+            );
+        }
         let within = match within {
             Some(shape) => Some(shape?),
             None => None,
         };
-        Some(Boundary {
-            name: keys.name.clone().unwrap_or_else(|| path.to_string()),
-            place: NodeSet { plane: plane?, within },
-            fix: fix?,
-            moves: moves?,
-            stage: stage?,
-        })
+        Some(NodeSet { plane: plane?, within })
     }
 
     /// A plane of nodes, or `Some(None)` for all nodes.
@@ -77,14 +109,11 @@ impl Check<'_> {
         {
             return None;
         }
-        let index = match face {
-            ScalarOr::Scalar(name) => {
-                let cells = self.grid.as_ref()?.cells[axis];
-                if face_axis(*name).1 > 0.0 { cells } else { 0 }
-            }
+        let plane = match face {
+            ScalarOr::Scalar(name) => self.grid.as_ref()?.face(axis, face_axis(*name).1 > 0.0),
             ScalarOr::Collection(plane) => self.node_plane(&path.key("at"), axis, plane.at)?,
         };
-        Some(Some(GridPlane { axis, index }))
+        Some(Some(plane))
     }
 
     pub(super) fn component(&mut self, path: &Path, name: &str) -> Option<Component> {

@@ -37,28 +37,35 @@ impl Check<'_> {
             (None, Some(cells)) => self.cells_of_number(&path.key("cells"), cells, extent)?,
             _ => return None,
         };
-        let nodes: f64 = cells.iter().map(|count| *count as f64 + 1.0).product();
-        let message = format!("the grid has {nodes:.3e} nodes");
-        let fits = self.require(nodes <= MAXIMUM_NODES, &path, message, "at most 2147483647 nodes");
         let basis = match keys.basis {
             BasisName::Linear => BasisKind::Linear,
             BasisName::Gimp => BasisKind::Gimp,
+            BasisName::BSpline1 => BasisKind::BSpline(1),
+            BasisName::BSpline2 => BasisKind::BSpline(2),
+            BasisName::BSpline3 => BasisKind::BSpline(3),
         };
-        let follow_face = match keys.follow_face {
-            Some(face) => Some(self.follow_face(&path.key("follow_face"), face, &cells)?),
-            None => None,
-        };
-        fits.then_some(GridSettings {
+        let order = basis.functions().order() as f64;
+        let nodes: f64 = cells[..self.kinematics.dimension()]
+            .iter()
+            .map(|count| *count as f64 + order)
+            .product();
+        let message = format!("the grid has {nodes:.3e} nodes");
+        let fits = self.require(nodes <= MAXIMUM_NODES, &path, message, "at most 2147483647 nodes");
+        let mut grid = GridSettings {
             min,
             cell_size,
             cells,
             basis,
-            follow_face,
-        })
+            follow_face: None,
+        };
+        if let Some(face) = keys.follow_face {
+            grid.follow_face = Some(self.follow_face(&path.key("follow_face"), face, &grid)?);
+        }
+        fits.then_some(grid)
     }
 
     /// The face that the grid follows: one whose motion along its own axis is prescribed.
-    fn follow_face(&mut self, path: &Path, face: FaceName, cells: &[usize; 3]) -> Option<GridPlane> {
+    fn follow_face(&mut self, path: &Path, face: FaceName, grid: &GridSettings) -> Option<GridPlane> {
         let expected = "a face with `move` of its own axis under `boundary`, as y_max with move: {uy: -0.01}";
         let (axis, normal) = face_axis(face);
         let exists = face != FaceName::All && axis < self.kinematics.dimension();
@@ -66,14 +73,13 @@ impl Check<'_> {
             return None;
         }
         let moving = |keys: &BoundaryKeys| {
-            let same = matches!(keys.face, ScalarOr::Scalar(name) if name == face);
+            let same = matches!(keys.face, Some(ScalarOr::Scalar(name)) if name == face);
             same && keys.moves.contains_key(self.unknowns()[axis])
         };
         let found = self.config.boundary.iter().any(moving);
         let message = "no motion of this face along its axis is prescribed";
-        let index = if normal > 0.0 { cells[axis] } else { 0 };
         self.require(found, path, message, expected)
-            .then_some(GridPlane { axis, index })
+            .then(|| grid.face(axis, normal > 0.0))
     }
 
     /// Edges of the grid; 1 along an axis that plane strain does not have.
@@ -168,17 +174,29 @@ impl Check<'_> {
         (right && self.sound(path)).then_some(values)
     }
 
-    /// The index of the plane of nodes at a coordinate.
-    pub(super) fn node_plane(&mut self, path: &Path, axis: usize, at: f64) -> Option<usize> {
-        let grid = self.grid.as_ref()?;
+    /// The plane of nodes at a coordinate.
+    pub(super) fn node_plane(&mut self, path: &Path, axis: usize, at: f64) -> Option<GridPlane> {
+        let grid = self.grid.clone()?;
         let (min, size, cells) = (grid.min[axis], grid.cell_size[axis], grid.cells[axis]);
         let ratio = (at - min) / size;
         let index = ratio.round();
         let inside = index >= 0.0 && index <= cells as f64;
         let holds = inside && (ratio - index).abs() <= ROUND_OFF * ratio.abs().max(1.0);
+        let line = index as usize;
+        if holds && (line == 0 || line == cells) {
+            return Some(grid.face(axis, line > 0));
+        }
+        let order = grid.basis.functions().order();
+        if order > 1 {
+            let message = format!("splines of order {order} take no value from the nodes of an inner plane");
+            let max = min + cells as f64 * size;
+            let expected = format!("a face of the grid ({min} or {max}), or grid.basis: linear, gimp or bspline1");
+            self.report(path, message, expected);
+            return None;
+        }
         let expected = format!("{min} + n * {size} with n from 0 to {cells}");
         self.require(holds, path, format!("no plane of nodes lies at {at}"), expected)
-            .then_some(index as usize)
+            .then_some(GridPlane { axis, index: line })
     }
 }
 

@@ -1,12 +1,14 @@
-//! Weights, forces and couples.
+//! Weights, forces, couples and pressures.
 
 use super::Check;
 use super::material::Material;
+use crate::condition::pressure::Side;
 use crate::config::file::{LoadKeys, OneOrPerAxis, ScalarOr, SelectionKeys};
 use crate::config::path::Path;
+use crate::points::select::Selection;
 use crate::scene::{Kinematics, Load, LoadKind, Target};
 
-const KINDS: &str = "exactly one of specific_weight, gravity, force, couple";
+const KINDS: &str = "exactly one of specific_weight, gravity, force, couple, pressure";
 
 impl Check<'_> {
     /// `materials` with their variants, where they are known: weights are given for each of them.
@@ -25,24 +27,31 @@ impl Check<'_> {
 
     fn load(&mut self, path: &Path, keys: &LoadKeys, materials: Option<&[Material]>) -> Option<Load> {
         let stage = self.stage(path, keys.stage.as_deref());
-        let kind = match (&keys.specific_weight, &keys.gravity, &keys.force, &keys.couple) {
-            (Some(weight), None, None, None) => {
+        let given = (
+            &keys.specific_weight,
+            &keys.gravity,
+            &keys.force,
+            &keys.couple,
+            keys.pressure,
+        );
+        let kind = match given {
+            (Some(weight), None, None, None, None) => {
                 self.without_points(path, keys);
                 let weight = self.vector(&path.key("specific_weight"), weight);
                 weight
                     .zip(materials)
                     .map(|(weight, list)| LoadKind::SpecificWeight(vec![weight; list.len()]))
             }
-            (None, Some(gravity), None, None) => {
+            (None, Some(gravity), None, None, None) => {
                 self.without_points(path, keys);
                 self.gravity(&path.key("gravity"), gravity, materials)
             }
-            (None, None, Some(force), None) => {
+            (None, None, Some(force), None, None) => {
                 let total = self.vector(&path.key("force"), force);
                 let at = self.points_of(path, keys);
                 total.zip(at).map(|(total, at)| LoadKind::Force { total, at })
             }
-            (None, None, None, Some(couple)) => {
+            (None, None, None, Some(couple), None) => {
                 let carried = self.require_rotations(&path.key("couple"), "a force");
                 let total = self.couple(&path.key("couple"), couple);
                 let at = self.points_of(path, keys);
@@ -51,7 +60,11 @@ impl Check<'_> {
                     .filter(|_| carried)
                     .map(|(total, at)| LoadKind::Couple { total, at })
             }
-            (None, None, None, None) => {
+            (None, None, None, None, Some(pressure)) => {
+                let at = self.surface_of(path, keys);
+                at.map(|at| LoadKind::Pressure { pressure, at })
+            }
+            (None, None, None, None, None) => {
                 self.report(path, "no load is given", KINDS);
                 None
             }
@@ -94,6 +107,50 @@ impl Check<'_> {
             return None;
         }
         self.target(&path, at)
+    }
+
+    /// A part of the surface of a body: its points, with the sides of their domains that carry the pressure.
+    fn surface_of(&mut self, path: &Path, keys: &LoadKeys) -> Option<Vec<(Selection, Side)>> {
+        const ACCEPTED: &str = "surface: {body: ..}, or layer: {body: .., face: x_max}";
+        let entry = path;
+        let path = path.key("at");
+        let Some(at) = &keys.at else {
+            self.report(&path, "this key is missing", ACCEPTED);
+            return None;
+        };
+        if self.has_mesh() {
+            let message = "a pressure acts on material points, not on a mesh";
+            self.report(&path, message, "method: mpm, or force on a face of the mesh");
+            return None;
+        }
+        match (at, self.points_of(entry, keys)?) {
+            (SelectionKeys::Surface(_), Target::Points(Selection::Surface { body, sides })) => {
+                let patch = |&(axis, upper): &(usize, bool)| {
+                    let sides = vec![(axis, upper)];
+                    (Selection::Surface { body, sides }, Side { axis, upper })
+                };
+                Some(sides.iter().map(patch).collect())
+            }
+            (SelectionKeys::Layer(_), Target::Points(Selection::Layer { body, direction })) => {
+                let axis = direction.iter().position(|component| component.abs() == 1.0);
+                let message = "the area of a layer that is not normal to an axis is not known";
+                self.require(axis.is_some(), &path.key("layer").key("direction"), message, ACCEPTED);
+                let axis = axis?;
+                let side = Side {
+                    axis,
+                    upper: direction[axis] > 0.0,
+                };
+                Some(vec![(Selection::Layer { body, direction }, side)])
+            }
+            _ => {
+                self.report(
+                    &path,
+                    "these points are no surface: they have no area and no normal",
+                    ACCEPTED,
+                );
+                None
+            }
+        }
     }
 
     /// Three numbers, or one about z in plane strain, where the others must be zero.

@@ -14,6 +14,7 @@ mod selection;
 mod shape;
 mod solver;
 mod verification;
+mod weak;
 
 use super::decode::Findings;
 use super::file::{ConfigFile, ContinuumName, KinematicsName};

@@ -2,7 +2,7 @@
 
 use super::Check;
 use super::boundary::face_axis;
-use crate::config::file::{FaceName, LayerKeys, SelectionKeys};
+use crate::config::file::{FaceName, LayerKeys, SelectionKeys, ShapeKeys, SurfaceKeys};
 use crate::config::path::Path;
 use crate::points::select::Selection;
 use crate::scene::Target;
@@ -13,6 +13,7 @@ impl Check<'_> {
         let selection = match keys {
             SelectionKeys::Nearest(position) => self.vector(&path.key("nearest"), position).map(Selection::Nearest),
             SelectionKeys::Layer(layer) => self.layer(&path.key("layer"), layer),
+            SelectionKeys::Surface(surface) => self.surface(&path.key("surface"), surface),
             SelectionKeys::Within(shape) => self.shape(&path.key("within"), shape).map(Selection::Within),
             SelectionKeys::Load(name) => return self.target_of_load(&path.key("load"), name),
             SelectionKeys::Face(face) => return self.face_of_mesh(&path.key("face"), *face).map(Target::Face),
@@ -41,6 +42,46 @@ impl Check<'_> {
             body: body?,
             direction: direction?,
         })
+    }
+
+    fn surface(&mut self, path: &Path, keys: &SurfaceKeys) -> Option<Selection> {
+        let config = self.config;
+        let known: Vec<_> = config.bodies.iter().map(|body| body.name.as_str()).collect();
+        let body = self.lookup(&path.key("body"), &keys.body, "body", "bodies", &known)?;
+        let on_lattice = !self.has_mesh() && !matches!(config.bodies[body].shape, Some(ShapeKeys::Points(_)));
+        let message = "the surface of this body is not known: its points are on no lattice of the grid";
+        let expected = "a body with a shape other than points, or layer";
+        self.require(on_lattice, &path.key("body"), message, expected);
+        let all = [
+            FaceName::XMin,
+            FaceName::XMax,
+            FaceName::YMin,
+            FaceName::YMax,
+            FaceName::ZMin,
+            FaceName::ZMax,
+        ];
+        let facing = match &keys.facing {
+            Some(facing) => facing.clone(),
+            None => all[..2 * self.kinematics.dimension()].to_vec(),
+        };
+        let message = "no direction is given";
+        let right = self.require(
+            !facing.is_empty(),
+            &path.key("facing"),
+            message,
+            "one or more of x_min to z_max",
+        );
+        let mut sides = Vec::new();
+        for (index, face) in facing.iter().enumerate() {
+            let direction = self.face_direction(&path.key("facing").index(index), *face)?;
+            let axis = direction.iter().position(|&component| component != 0.0)?;
+            let side = (axis, direction[axis] > 0.0);
+            if !sides.contains(&side) {
+                sides.push(side);
+            }
+        }
+        sides.sort_unstable();
+        (on_lattice && right).then_some(Selection::Surface { body, sides })
     }
 
     fn face_direction(&mut self, path: &Path, face: FaceName) -> Option<[f64; 3]> {
@@ -75,7 +116,7 @@ impl Check<'_> {
             return self.face_of_mesh(&place, *face).map(Target::Face);
         }
         let message = format!("the load \"{name}\" acts on no selected points");
-        self.require(at.is_some(), path, message, "a load of force or couple")
+        self.require(at.is_some(), path, message, "a load of force, couple or pressure")
             .then_some(Target::Points(Selection::Load(index)))
     }
 

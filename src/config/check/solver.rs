@@ -1,10 +1,10 @@
 //! Stages, tolerances, solver and stabilisation.
 
 use super::Check;
-use crate::config::file::{GhostScalingName, PartitionerName};
+use crate::config::file::{AdaptiveKeys, GhostScalingName, PartitionerName};
 use crate::config::path::Path;
 use crate::grid::ghost::{GhostScaling, GhostSettings};
-use crate::solve::settings::{PartitionerKind, SolverSettings, Stage};
+use crate::solve::settings::{Adaptive, PartitionerKind, SolverSettings, Stage};
 
 const MAXIMUM_HALVINGS: u32 = 40;
 
@@ -31,13 +31,37 @@ impl Check<'_> {
                 message,
                 bounds,
             );
+            let adaptive = keys
+                .adaptive
+                .as_ref()
+                .map(|keys| self.adaptive(&path.key("adaptive"), keys, config.stages[index].steps));
+            right &= adaptive != Some(None);
             stages.push(Stage {
                 name: keys.name.clone(),
                 steps: keys.steps,
                 max_halvings: keys.max_halvings,
+                adaptive: adaptive.flatten(),
             });
         }
         right.then_some(stages)
+    }
+
+    fn adaptive(&mut self, path: &Path, keys: &AdaptiveKeys, steps: usize) -> Option<Adaptive> {
+        let equal = 1.0 / steps.max(1) as f64;
+        let message = format!("{} is out of bounds", keys.max_step);
+        // Shares such as 0.3333 of a third are meant.
+        let holds = keys.max_step >= 0.99 * equal && keys.max_step <= 1.0;
+        let bounds = format!("a share of the stage from {equal} (1/steps) to 1");
+        let mut right = self.require(holds, &path.key("max_step"), message, bounds);
+        let most = self.config.solver.max_iterations;
+        let message = format!("{} is out of bounds", keys.target_iterations);
+        let bounds = format!("a whole number from 1 to {most} (solver.max_iterations)");
+        let holds = (1..=most).contains(&keys.target_iterations);
+        right &= self.require(holds, &path.key("target_iterations"), message, bounds);
+        right.then_some(Adaptive {
+            max_step: keys.max_step.max(equal),
+            target_iterations: keys.target_iterations,
+        })
     }
 
     pub(super) fn solver(&mut self) -> Option<SolverSettings> {

@@ -2,7 +2,7 @@
 
 use super::Check;
 use super::material::Material;
-use crate::condition::dirichlet::{Boundary, GridPlane};
+use crate::condition::dirichlet::Boundary;
 use crate::config::decode::number;
 use crate::config::file::ShapeKeys;
 use crate::config::path::Path;
@@ -131,20 +131,24 @@ impl Check<'_> {
     fn fixed_faces(&mut self, boundaries: &[Boundary]) {
         let Some(grid) = self.grid.clone() else { return };
         let section = Path::root().key("boundary");
-        let faces = |axis: usize| [0, grid.cells[axis]].map(|index| GridPlane { axis, index });
+        let faces = |axis: usize| [false, true].map(|upper| grid.face(axis, upper));
         let faces: Vec<_> = (0..self.kinematics.dimension()).flat_map(faces).collect();
         for (index, boundary) in boundaries.iter().enumerate() {
-            let on_face = boundary.place.plane.is_some_and(|plane| faces.contains(&plane));
+            let nodes = boundary.nodes();
+            let plane = nodes.and_then(|nodes| nodes.plane);
+            let on_face = plane.is_some_and(|plane| faces.contains(&plane));
             let plain = on_face && boundary.moves.is_empty() && boundary.stage == 0;
             let message = "the manufactured solution allows no other condition than fixed faces of the grid";
             let expected = "a face of the grid with fix, from the first stage on";
-            let whole = boundary.place.within.is_none();
+            let whole = nodes.is_some_and(|nodes| nodes.within.is_none());
             self.require(plain && whole, &section.index(index), message, expected);
         }
         for (number, face) in faces.iter().enumerate() {
             for (component, unknown) in self.unknowns().iter().enumerate() {
-                let fixes =
-                    |boundary: &Boundary| boundary.place.plane == Some(*face) && boundary.fix.contains(&component);
+                let fixes = |boundary: &Boundary| {
+                    let plane = boundary.nodes().and_then(|nodes| nodes.plane);
+                    plane == Some(*face) && boundary.fix.contains(&component)
+                };
                 if boundaries.iter().any(fixes) {
                     continue;
                 }

@@ -37,6 +37,10 @@ fn hat(t: f64) -> f64 {
 }
 
 impl Basis for Gimp {
+    fn order(&self) -> usize {
+        1
+    }
+
     fn span(&self, x: f64, half: f64, cells: usize) -> Span {
         let (low, high) = ends(x, half);
         let lowest = (low.max(0.0) as u32).min(cells as u32 - 1);
@@ -74,6 +78,16 @@ impl Basis for Gimp {
 
     fn has_domains(&self) -> bool {
         true
+    }
+
+    fn evaluate_at_point(&self, span: Span, x: f64, _cells: usize, out: &mut [Shape1]) {
+        for (offset, shape) in out.iter_mut().enumerate() {
+            let local = x - (f64::from(span.lowest) + offset as f64);
+            *shape = Shape1 {
+                value: hat(local),
+                derivative: if local.abs() < 1.0 { -local.signum() } else { 0.0 },
+            };
+        }
     }
 }
 

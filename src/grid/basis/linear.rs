@@ -7,6 +7,10 @@ use super::{Basis, Shape1, Span};
 pub struct Linear;
 
 impl Basis for Linear {
+    fn order(&self) -> usize {
+        1
+    }
+
     fn span(&self, x: f64, _half: f64, cells: usize) -> Span {
         Span {
             lowest: (x.max(0.0) as u32).min(cells as u32 - 1),

@@ -3,9 +3,11 @@
 //! A basis describes one axis: which nodes see a domain, with what value and derivative. The tensor product and the
 //! grid's lengths are added here, once for all of them.
 
+mod bspline;
 mod gimp;
 mod linear;
 
+pub use bspline::BSpline;
 pub use gimp::Gimp;
 pub use linear::Linear;
 
@@ -36,12 +38,18 @@ pub struct Shape1 {
 
 /// One axis of a basis. Coordinates are in cells from the lower face of a grid of `cells` cells.
 pub trait Basis: Send + Sync {
+    /// Order of the functions as polynomials on a cell: there are `cells + order` of them along an axis ([`Grid::order`]).
+    fn order(&self) -> usize;
     /// Nodes that see the domain of half-length `half` around `x`.
     fn span(&self, x: f64, half: f64, cells: usize) -> Span;
     /// Values and derivatives at the nodes of the span, lowest first.
     fn evaluate(&self, span: Span, x: f64, half: f64, cells: usize, out: &mut [Shape1]);
     /// Whether points carry a domain that deforms with them.
     fn has_domains(&self) -> bool;
+    /// The same functions at a place without extent; the place lies within what the nodes of the span cover.
+    fn evaluate_at_point(&self, span: Span, x: f64, cells: usize, out: &mut [Shape1]) {
+        self.evaluate(span, x, 0.0, cells, out);
+    }
 }
 
 /// Box of nodes that see a point's domain.
@@ -74,21 +82,43 @@ pub fn evaluate<const D: usize>(
     half_lengths: &SVector<f64, D>,
     out: &mut [f64],
 ) {
-    let mut factors = [[Shape1::default(); MAX_NODES_PER_AXIS]; D];
-    for axis in 0..D {
+    let along = |axis: usize, span: Span, out: &mut [Shape1]| {
         let x = grid.cell_coordinate(axis, position[axis]);
         let half = half_lengths[axis] / grid.cell_size[axis];
+        basis.evaluate(span, x, half, grid.cells[axis], out);
+    };
+    multiply(grid, support, along, out);
+}
+
+/// As [`evaluate`], of the functions themselves at a place that the nodes of the support cover: no average over a domain.
+pub fn evaluate_at_point<const D: usize>(
+    basis: &dyn Basis,
+    grid: &Grid<D>,
+    support: &Support<D>,
+    place: &SVector<f64, D>,
+    out: &mut [f64],
+) {
+    let along = |axis: usize, span: Span, out: &mut [Shape1]| {
+        let x = grid.cell_coordinate(axis, place[axis]);
+        basis.evaluate_at_point(span, x, grid.cells[axis], out);
+    };
+    multiply(grid, support, along, out);
+}
+
+/// Tensor product of the functions along each axis, which `along` writes for a span of an axis.
+fn multiply<const D: usize>(
+    grid: &Grid<D>,
+    support: &Support<D>,
+    along: impl Fn(usize, Span, &mut [Shape1]),
+    out: &mut [f64],
+) {
+    let mut factors = [[Shape1::default(); MAX_NODES_PER_AXIS]; D];
+    for axis in 0..D {
         let span = Span {
             lowest: support.lowest[axis],
             count: support.count[axis],
         };
-        basis.evaluate(
-            span,
-            x,
-            half,
-            grid.cells[axis],
-            &mut factors[axis][..span.count as usize],
-        );
+        along(axis, span, &mut factors[axis][..span.count as usize]);
     }
     for (flat, shape) in out.chunks_exact_mut(1 + D).enumerate() {
         let mut rest = flat;
@@ -139,7 +169,8 @@ mod tests {
         (support, out)
     }
 
-    /// Partition of unity, linear completeness and their gradients for domains of all sizes, at inner points.
+    /// Partition of unity, linear completeness with the places of the nodes, and their gradients, for domains of all
+    /// sizes, at inner points.
     fn is_complete<const D: usize>(basis: &dyn Basis, grid: &Grid<D>) {
         let mut random = sequence();
         for _ in 0..500 {
@@ -215,18 +246,30 @@ mod tests {
     }
 
     #[test]
-    fn linear_and_gimp_are_complete_and_differentiable() {
+    fn bases_are_complete_and_differentiable() {
         let plane = Grid {
             min: [-1.0, 2.0],
             cell_size: [0.3, 0.2],
             cells: [4, 5],
+            order: 1,
         };
         let space = Grid {
             min: [0.0, 1.0, -3.0],
             cell_size: [0.3, 0.2, 1.0],
             cells: [4, 3, 5],
+            order: 1,
         };
-        for basis in [&Linear as &dyn Basis, &Gimp] {
+        let splines = [1, 2, 3].map(BSpline::new);
+        let splines = splines.iter().map(|spline| spline as &dyn Basis);
+        for basis in [&Linear as &dyn Basis, &Gimp].into_iter().chain(splines) {
+            let plane = Grid {
+                order: basis.order(),
+                ..plane.clone()
+            };
+            let space = Grid {
+                order: basis.order(),
+                ..space.clone()
+            };
             is_complete(basis, &plane);
             is_complete(basis, &space);
             gradient_is_derivative(basis, &plane);
