@@ -16,6 +16,7 @@ use crate::points::Points;
 use crate::points::elements::Elements;
 use crate::points::search::{Batches, Misplaced, cells_of_points, search, search_elements};
 use nalgebra::{Matrix3, SVector, SymmetricEigen};
+use serde::{Deserialize, Serialize};
 
 /// What is solved, as far as this rank holds it.
 pub struct Model<C: Fields<D, N>, const D: usize, const N: usize> {
@@ -35,6 +36,16 @@ pub struct Model<C: Fields<D, N>, const D: usize, const N: usize> {
     /// Loads on faces of the mesh.
     pub face_loads: Vec<FaceLoad>,
     pub ghost: Option<GhostPenalty>,
+}
+
+/// What a model carries from step to step beside its points and the nodes of its mesh. Whatever is added to [`Model`]
+/// and outlives a step belongs here, since this is what a checkpoint keeps of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ModelState {
+    /// Lower corner of the grid [m].
+    pub grid_min: Vec<f64>,
+    /// Edges of its cells [m].
+    pub cell_size: Vec<f64>,
 }
 
 /// What the points see of the grid at the start of a step; it does not change while the step is solved.
@@ -104,6 +115,26 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Model<C, D, N> {
         let Some(face) = self.follow_face else { return };
         let motion = plane_increment(&self.boundaries, face, face.axis, from, to);
         self.grid.move_face(face.axis, face.index > 0, motion);
+        if let Some(ghost) = &mut self.ghost {
+            ghost.fit(&self.grid);
+        }
+    }
+
+    /// What the model carries beside points and mesh.
+    pub fn state(&self) -> ModelState {
+        ModelState {
+            grid_min: self.grid.min.to_vec(),
+            cell_size: self.grid.cell_size.to_vec(),
+        }
+    }
+
+    /// Takes over a state of the same scene.
+    ///
+    /// # Panics
+    /// If the state is one of another dimension.
+    pub fn restore(&mut self, state: &ModelState) {
+        self.grid.min.copy_from_slice(&state.grid_min);
+        self.grid.cell_size.copy_from_slice(&state.cell_size);
         if let Some(ghost) = &mut self.ghost {
             ghost.fit(&self.grid);
         }

@@ -7,6 +7,7 @@ use crate::assembly::kernel::{OutOfDomain, Workspace};
 use crate::assembly::model::{Model, StepSystem};
 use crate::condition::dirichlet::Prescribed;
 use crate::continuum::Fields;
+use crate::interrupt::Interrupt;
 use crate::parallel::World;
 use crate::petsc::{BlockMatrix, Evaluate, Iteration, Nonlinear, PetscError, PetscInt, Verdict};
 
@@ -28,6 +29,9 @@ pub struct Equilibrium<'a, C: Fields<D, N>, const D: usize, const N: usize> {
     pub records: Vec<IterationRecord>,
     /// Why the last evaluation failed, on the rank where it did.
     pub failure: Option<OutOfDomain>,
+    /// Whether a rank was asked to stop by the time of the last evaluation; the same on every rank.
+    pub interrupted: bool,
+    interrupt: &'a Interrupt,
     /// Local increments of the last evaluation.
     evaluated: Vec<f64>,
     unassembled: f64,
@@ -44,6 +48,7 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
         external: &'a [f64],
         settings: &'a SolverSettings,
         peak_force: f64,
+        interrupt: &'a Interrupt,
     ) -> Self {
         let reactions = vec![0.0; external.len()];
         Self {
@@ -59,6 +64,8 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
             norms: Norms::default(),
             records: Vec::new(),
             failure: None,
+            interrupted: false,
+            interrupt,
             evaluated: Vec::new(),
             unassembled: 0.0,
         }
@@ -131,7 +138,8 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Nonlinear for Equilibrium<
     }
 
     fn complete(&mut self, r: &mut [f64]) -> Result<(), Evaluate> {
-        let mut sums = [0.0, 0.0, 0.0, self.unassembled];
+        let asked_to_stop = f64::from(u8::from(self.interrupt.requested()));
+        let mut sums = [0.0, 0.0, 0.0, self.unassembled, asked_to_stop];
         for (index, own) in r.iter_mut().enumerate() {
             *own -= self.external[index];
             let constrained = self.prescribed.mask[index];
@@ -144,6 +152,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Nonlinear for Equilibrium<
         }
         self.world.sum_slice(&mut sums);
         self.norms = Norms::from_sums(&sums);
+        self.interrupted = sums[4] > 0.0;
         Ok(())
     }
 
@@ -172,7 +181,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Nonlinear for Equilibrium<
             .is_some_and(|tolerance| energy_residual < tolerance);
         if force_residual < self.settings.force_tolerance || energy_converged {
             Verdict::Converged
-        } else if force_residual.is_finite() {
+        } else if force_residual.is_finite() && !self.interrupted {
             Verdict::Continue
         } else {
             Verdict::Diverged

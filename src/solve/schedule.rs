@@ -3,10 +3,12 @@
 //! Progress is counted in whole ticks of the smallest step, so that full steps are met exactly however often a step
 //! was halved: a step doubles only where the doubled one would end on a multiple of itself.
 
+use super::settings::Stage;
 use crate::condition::Time;
+use serde::{Deserialize, Serialize};
 
 /// Progress through the steps of one stage.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Schedule {
     stage: usize,
     steps: u64,
@@ -21,6 +23,11 @@ pub struct Schedule {
 }
 
 impl Schedule {
+    /// The steps of a stage, by its index.
+    pub fn of(index: usize, stage: &Stage) -> Self {
+        Self::new(index, stage.steps, stage.max_halvings)
+    }
+
     /// `steps` equal steps, each of which may be halved up to `max_halvings` times.
     pub fn new(stage: usize, steps: usize, max_halvings: u32) -> Self {
         let full = 1 << max_halvings;
