@@ -7,6 +7,7 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 table="
 problem:
 clock:
+interrupt:
 version:
 parallel:
 error:      problem
@@ -17,12 +18,12 @@ points:     continuum grid parallel
 condition:  continuum grid points
 assembly:   continuum material grid points condition parallel clock
 petsc:      parallel clock error
-solve:      continuum grid points condition assembly petsc parallel clock error
+solve:      continuum grid points condition assembly petsc parallel clock error interrupt
 output:     parallel clock error
 verification: continuum material points parallel
 scene:      continuum grid material points condition solve verification
 config:     scene grid material points condition solve verification problem
-app:        assembly clock condition config continuum error grid material output parallel petsc points problem scene solve verification version
+app:        assembly clock condition config continuum error grid interrupt material output parallel petsc points problem scene solve verification version
 main:       app clock config error parallel scene
 lib:
 "

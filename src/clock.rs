@@ -3,7 +3,7 @@
 use std::cell::Cell;
 use std::time::{Duration, Instant};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// What the program is busy with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,7 +25,7 @@ pub enum Phase {
 }
 
 /// Wall time spent in each phase [s].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PhaseSeconds {
     pub search: f64,
     pub constitutive: f64,
@@ -37,6 +37,19 @@ pub struct PhaseSeconds {
 }
 
 impl PhaseSeconds {
+    /// Phase by phase with those of an earlier part of the run.
+    pub fn plus(&self, earlier: &Self) -> Self {
+        Self {
+            search: self.search + earlier.search,
+            constitutive: self.constitutive + earlier.constitutive,
+            assembly: self.assembly + earlier.assembly,
+            factorise: self.factorise + earlier.factorise,
+            solve: self.solve + earlier.solve,
+            output: self.output + earlier.output,
+            other: self.other + earlier.other,
+        }
+    }
+
     /// Sum over phases: the wall time of the run [s].
     pub fn total(&self) -> f64 {
         self.search + self.constitutive + self.assembly + self.factorise + self.solve + self.output + self.other

@@ -10,6 +10,8 @@ pub enum Error {
     Configuration(Vec<Problem>),
     /// The analysis could not go on; results so far are complete. Exit code 3.
     Analysis(String),
+    /// A signal asked the run to stop; a checkpoint of the last accepted state is there. Exit code 4.
+    Interrupted(String),
     /// Failure outside the model, common to all ranks: files, memory. Exit code 1.
     System(String),
     /// Failure of a library that other ranks may know nothing of: they would wait for this one for ever. Exit code 1.
@@ -22,6 +24,7 @@ impl Error {
         match self {
             Error::Configuration(_) => 2,
             Error::Analysis(_) => 3,
+            Error::Interrupted(_) => 4,
             Error::System(_) | Error::Library(_) => 1,
         }
     }
@@ -39,7 +42,10 @@ impl fmt::Display for Error {
                 }
                 Ok(())
             }
-            Error::Analysis(message) | Error::System(message) | Error::Library(message) => write!(out, "{message}"),
+            Error::Analysis(message)
+            | Error::Interrupted(message)
+            | Error::System(message)
+            | Error::Library(message) => write!(out, "{message}"),
         }
     }
 }

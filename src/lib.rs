@@ -17,7 +17,7 @@
 //! 13. [`app`]: from a scene to results; the one match that picks continuum and dimension.
 //!
 //! Small ones that any may use: [`problem`] (what is wrong in a file, and where), [`error`] (why a run ends, exit codes),
-//! [`clock`] (where the time goes), [`version`].
+//! [`clock`] (where the time goes), [`interrupt`] (signals that end a run), [`version`].
 //!
 //! Equations are in `docs/theory.md`, a guided tour in `docs/tour.md`. In comments, `T 2.53` is equation or section 2.53 of
 //! the thesis that is named there.
@@ -33,6 +33,7 @@ pub mod config;
 pub mod continuum;
 pub mod error;
 pub mod grid;
+pub mod interrupt;
 pub mod material;
 pub mod output;
 pub mod parallel;

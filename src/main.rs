@@ -37,7 +37,8 @@ fn perform(world: &World, command: Command, clock: &Rc<Clock>) -> i32 {
         Command::Version => app::print_versions(world),
         Command::Run(run) => read(world, &run.config, &run.overrides()).and_then(|(mut scene, source)| {
             scene.solver.petsc_options.extend(run.petsc_options);
-            app::execute(world, &scene, &source, Task::Run { quiet: run.quiet }, clock)
+            let (quiet, restart) = (run.quiet, run.restart);
+            app::execute(world, &scene, &source, Task::Run { quiet, restart }, clock)
         }),
         Command::Check(check) => read(world, &check.config, &check.set)
             .and_then(|(scene, source)| app::execute(world, &scene, &source, Task::Check, clock)),

@@ -133,9 +133,13 @@ pub struct OutputSettings {
     pub directory: std::path::PathBuf,
     /// A snapshot of the points every so many accepted full steps; `None`: only first and last.
     pub snapshot_every: Option<usize>,
+    /// A checkpoint every so many accepted full steps.
+    pub checkpoint_every: usize,
     pub history: Vec<HistoryColumn>,
     /// The resolved configuration as YAML text, for `config.yaml`.
     pub resolved: String,
+    /// The same as a tree, to tell what changed before a restart.
+    pub resolved_tree: serde_json::Value,
 }
 
 /// One entry of `output.history`; a vector or tensor quantity gives one column a component.

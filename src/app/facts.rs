@@ -1,6 +1,7 @@
 //! What is told of a run at its start and its end.
 
 use super::build::Built;
+use super::checkpoint::Spent;
 use crate::clock::{Clock, PhaseSeconds};
 use crate::continuum::Fields;
 use crate::error::Error;
@@ -46,7 +47,8 @@ pub fn print_header<C: Fields<D, N>, const D: usize, const N: usize>(
     }
 }
 
-/// Collective. Counts, times and memory of a run that has ended.
+/// Collective. Counts, times and memory of a run that has ended; `earlier` is what parts before a restart used.
+#[allow(clippy::too_many_arguments)]
 pub fn summarise<C: Fields<D, N>, const D: usize, const N: usize>(
     world: &World,
     session: &Session,
@@ -54,12 +56,14 @@ pub fn summarise<C: Fields<D, N>, const D: usize, const N: usize>(
     points: u64,
     analysis: &Analysis<C, D, N>,
     outcome: &Result<(), Error>,
+    earlier: &Spent,
     clock: &Clock,
 ) -> Result<Summary, Error> {
     let counts = &analysis.counts;
     let (status, exit_code, message) = match outcome {
         Ok(()) => (Status::Completed, 0, None),
         Err(error @ Error::Analysis(_)) => (Status::Stopped, error.exit_code(), Some(error.to_string())),
+        Err(error @ Error::Interrupted(_)) => (Status::Interrupted, error.exit_code(), Some(error.to_string())),
         Err(error) => (Status::Failed, error.exit_code(), Some(error.to_string())),
     };
     let mut versions: BTreeMap<String, String> = versions(session.version())
@@ -68,9 +72,9 @@ pub fn summarise<C: Fields<D, N>, const D: usize, const N: usize>(
         .collect();
     versions.insert("mpm-petsc".into(), crate::version::PROGRAM.into());
     versions.insert("commit".into(), crate::version::COMMIT.into());
-    let cpu_seconds = world.sum(process::cpu_seconds());
+    let cpu_seconds = earlier.cpu_seconds + world.sum(process::cpu_seconds());
     let peak_memory_mb = world.all_gather(process::peak_memory_mb().unwrap_or(f64::NAN));
-    let phases = phases(session, clock)?;
+    let phases = phases(session, clock)?.plus(&earlier.phases);
     Ok(Summary {
         status,
         exit_code,

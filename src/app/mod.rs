@@ -1,6 +1,7 @@
 //! From a scene to results: builds the model, runs the analysis, records it.
 
 mod build;
+mod checkpoint;
 mod columns;
 mod facts;
 mod recorder;
@@ -12,6 +13,7 @@ use crate::continuum::classical::Classical;
 use crate::continuum::micropolar::Micropolar;
 use crate::continuum::{Continuum, Fields};
 use crate::error::Error;
+use crate::interrupt::Interrupt;
 use crate::material::{Components, Material, classical_law, micropolar_law, spec::MaterialSpec};
 use crate::output::progress::{Mode, Progress};
 use crate::parallel::World;
@@ -19,6 +21,7 @@ use crate::petsc::{Partitioner, Session};
 use crate::problem::Problem;
 use crate::scene::{ContinuumKind, Kinematics, Scene};
 use crate::solve::settings::PartitionerKind;
+use crate::solve::state::AnalysisState;
 use crate::solve::step::Analysis;
 use build::{Built, build};
 use recorder::Recorder;
@@ -27,7 +30,11 @@ use std::rc::Rc;
 /// What to do with a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Task {
-    Run { quiet: bool },
+    Run {
+        quiet: bool,
+        /// Whether to go on from the checkpoint in the result folder.
+        restart: bool,
+    },
     Check,
 }
 
@@ -107,7 +114,7 @@ fn perform<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
     match task {
         Task::Check if world.is_root() => print!("{}", built.describe(scene)),
         Task::Check => {}
-        Task::Run { quiet } => run(world, scene, source, built, quiet, clock)?,
+        Task::Run { quiet, restart } => run(world, scene, source, built, quiet, restart, clock)?,
     }
     Ok(())
 }
@@ -116,10 +123,17 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
     world: &World,
     scene: &Scene,
     source: &Source,
-    built: Built<C, D, N>,
+    mut built: Built<C, D, N>,
     quiet: bool,
+    restart: bool,
     clock: &Rc<Clock>,
 ) -> Result<(), Error> {
+    let interrupt = Interrupt::catch().map_err(|error| Error::System(format!("cannot catch signals: {error}")))?;
+    let saved = if restart {
+        Some(checkpoint::load(world, scene, source, &mut built)?)
+    } else {
+        None
+    };
     let session = Session::start(world, &scene.solver.petsc_options)?;
     let partitioner = partitioner(scene.solver.partitioner)
         .resolve(&session)
@@ -130,9 +144,25 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
     let mut progress = Progress::on_stdout(Mode::choose(world.is_root(), quiet));
     facts::print_header(&mut progress, world, scene, &built, &session);
     let points = built.points;
-    let mut recorder = Recorder::create(world, scene, built.columns, points, progress, clock)?;
-    recorder.initial(&built.model)?;
-    let mut analysis = Analysis::new(world, &session, built.model, scene.solver.clone(), partitioner, clock);
+    let mut recorder = Recorder::create(world, scene, built.columns, points, saved.as_ref(), progress, clock)?;
+    let state = match saved {
+        Some(saved) => saved.analysis,
+        None => {
+            recorder.initial(&built.model)?;
+            AnalysisState::initial(&scene.stages)
+        }
+    };
+    let settings = scene.solver.clone();
+    let mut analysis = Analysis::new(
+        world,
+        &session,
+        built.model,
+        settings,
+        partitioner,
+        state,
+        &interrupt,
+        clock,
+    );
     let outcome = analysis.run(&scene.stages, &mut recorder);
     if let Err(Error::Library(message)) = &outcome
         && world.size() > 1
@@ -140,6 +170,14 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
         // Before anything is let go of: even that would wait for ranks that go on.
         world.fail(message);
     }
+    let outcome = match outcome {
+        // Another failure than these may come from the disk, and leaves the last checkpoint alone.
+        Ok(()) | Err(Error::Analysis(_) | Error::Interrupted(_)) => {
+            let saved = recorder.checkpoint(&analysis.model, analysis.state());
+            saved.and(outcome)
+        }
+        failed => failed,
+    };
     let finished = recorder.finish(&analysis.model);
     let outcome = outcome.and(finished);
     for option in session.unused_options()? {
@@ -151,7 +189,8 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
             "domains stuck out of the grid by up to {cells:.1e} of a cell (5e-2 is the most)"
         ));
     }
-    let mut summary = facts::summarise(world, &session, scene, points, &analysis, &outcome, clock)?;
+    let spent = recorder.spent_before();
+    let mut summary = facts::summarise(world, &session, scene, points, &analysis, &outcome, &spent, clock)?;
     if let (Some(manufactured), Ok(())) = (&scene.manufactured, &outcome) {
         summary.errors = facts::manufactured_errors(world, manufactured, &analysis);
         for (name, value) in &summary.errors {

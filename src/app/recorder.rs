@@ -1,5 +1,6 @@
 //! Writes an analysis down while it goes: history, convergence, snapshots, progress.
 
+use super::checkpoint::{self, RunState, Spent};
 use super::columns::Column;
 use super::snapshot;
 use crate::assembly::model::Model;
@@ -13,11 +14,13 @@ use crate::output::history::{History, HistoryStep};
 use crate::output::progress::{Progress, StepLine};
 use crate::output::summary::Summary;
 use crate::output::vtkhdf::Snapshots;
-use crate::output::{PointFields, agree};
+use crate::output::{PointFields, agree, process};
 use crate::parallel::World;
 use crate::scene::Scene;
 use crate::solve::settings::Stage;
+use crate::solve::state::AnalysisState;
 use crate::solve::step::{Accepted, Attempt, Observer};
+use serde::{Deserialize, Serialize};
 use std::io::Stdout;
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -41,9 +44,29 @@ pub struct Recorder<'a> {
     progress: Progress<Stdout>,
     /// Attempts at the current step so far.
     attempts: usize,
+    /// What the files hold of the last accepted state.
+    state: FilesState,
+    /// Number of the step that the checkpoint in the folder belongs to.
+    saved: Option<usize>,
+    spent_before: Spent,
+    /// Share of the run that was done when this part of it began.
+    begun: f64,
+}
+
+/// What the files of a run hold when a step is accepted. Whatever is added to the recorder that a later row or snapshot
+/// depends on belongs here, since this is what a checkpoint keeps of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FilesState {
+    /// Lengths of `history.csv` and `convergence.csv` [byte]; only the root knows.
+    history: u64,
+    convergence: u64,
+    /// Number of snapshots.
+    snapshots: usize,
+    /// Full steps done, by which snapshots and checkpoints are counted.
     full_steps: usize,
-    /// Time of the last accepted state, and whether a snapshot shows it.
-    last: (f64, bool),
+    /// Time of the state, and whether a snapshot shows it.
+    time: f64,
+    shown: bool,
 }
 
 /// Time in snapshots: stages done plus the share of the current one.
@@ -52,37 +75,75 @@ fn snapshot_time(time: Time) -> f64 {
 }
 
 impl<'a> Recorder<'a> {
-    /// Collective. Makes the result folder and its files.
+    /// Collective. Makes the result folder and its files, or goes on with those that belong to a checkpoint.
     pub fn create(
         world: &World,
         scene: &'a Scene,
         columns: Vec<Column>,
         total_points: u64,
+        saved: Option<&RunState>,
         progress: Progress<Stdout>,
         clock: &Rc<Clock>,
     ) -> Result<Self, Error> {
         let _writing = clock.enter(Phase::Output);
         let directory = scene.output.directory.clone();
         let files = if world.is_root() {
-            Some(create_files(scene, &columns))
+            Some(open_files(scene, &columns, saved))
         } else {
             None
         };
         let files = agree(world, files.transpose().map_err(|error| error.to_string()))?;
-        Ok(Self {
+        let path = directory.join("points.vtkhdf");
+        let (snapshots, gap) = match saved {
+            Some(saved) => Snapshots::resume(world, path, saved.files.snapshots, total_points)?,
+            None => (Snapshots::new(path), None),
+        };
+        let mut state = saved.map_or_else(FilesState::default, |saved| saved.files);
+        state.shown &= gap.is_none();
+        let mut recorder = Self {
             world: world.clone(),
             scene,
             columns,
             total_points,
             clock: clock.clone(),
-            snapshots: Snapshots::new(directory.join("points.vtkhdf")),
+            snapshots,
             directory,
             files,
             progress,
             attempts: 0,
-            full_steps: 0,
-            last: (0.0, false),
-        })
+            state,
+            saved: saved.map(|saved| saved.analysis.counts.steps),
+            spent_before: saved.map_or_else(Spent::default, |saved| saved.spent),
+            begun: saved.map_or(0.0, |saved| done(scene, saved.analysis.schedule.done())),
+        };
+        recorder.tell_of_restart(saved, gap.as_deref());
+        Ok(recorder)
+    }
+
+    fn tell_of_restart(&mut self, saved: Option<&RunState>, gap: Option<&str>) {
+        let Some(saved) = saved else { return };
+        let (step, stage) = (
+            saved.analysis.counts.steps,
+            &self.scene.stages[saved.analysis.stage].name,
+        );
+        self.message(&format!("goes on after step {step}, stage {stage}"));
+        if saved.commit != crate::version::COMMIT {
+            let (program, commit) = (&saved.program, &saved.commit);
+            self.message(&format!(
+                "warning: the checkpoint was written by version {program} ({commit}) of the program, not by this one"
+            ));
+        }
+        if let Some(reason) = gap {
+            self.message(&format!(
+                "warning: {reason}; a new series of snapshots begins here, and what is left of the old one is \
+                 points.damaged.vtkhdf"
+            ));
+        }
+    }
+
+    /// What earlier parts of the run used.
+    pub fn spent_before(&self) -> Spent {
+        self.spent_before
     }
 
     /// Collective. Row 0 and the first snapshot.
@@ -105,7 +166,8 @@ impl<'a> Recorder<'a> {
             newton_iterations: 0,
         };
         self.row(model, time, &reactions, &step)?;
-        self.snapshot(model, 0.0)
+        self.snapshot(model)?;
+        self.note_lengths()
     }
 
     fn row<C: Fields<D, N>, const D: usize, const N: usize>(
@@ -131,7 +193,6 @@ impl<'a> Recorder<'a> {
     fn snapshot<C: Fields<D, N>, const D: usize, const N: usize>(
         &mut self,
         model: &Model<C, D, N>,
-        time: f64,
     ) -> Result<(), Error> {
         let (position, fields) = snapshot::fields(model);
         let points = PointFields {
@@ -140,8 +201,57 @@ impl<'a> Recorder<'a> {
             position: &position,
             fields: &fields,
         };
-        self.snapshots.append(&self.world, time, &points)?;
-        self.last = (time, true);
+        self.snapshots.append(&self.world, self.state.time, &points)?;
+        self.state.snapshots = self.snapshots.written();
+        self.state.shown = true;
+        Ok(())
+    }
+
+    /// Collective. Notes how long the tables are with the last accepted state.
+    fn note_lengths(&mut self) -> Result<(), Error> {
+        let lengths = self
+            .files
+            .as_ref()
+            .map(|files| -> Result<_, Error> { Ok((files.history.length()?, files.convergence.length()?)) });
+        let lengths = agree(&self.world, lengths.transpose().map_err(|error| error.to_string()))?;
+        (self.state.history, self.state.convergence) = lengths.unwrap_or_default();
+        Ok(())
+    }
+
+    /// Collective. Writes a checkpoint of the accepted state unless the one in the folder is of this state.
+    pub fn checkpoint<C: Fields<D, N>, const D: usize, const N: usize>(
+        &mut self,
+        model: &Model<C, D, N>,
+        analysis: &AnalysisState,
+    ) -> Result<(), Error> {
+        let clock = self.clock.clone();
+        let _writing = clock.enter(Phase::Output);
+        if self.saved == Some(analysis.counts.steps) {
+            return Ok(());
+        }
+        // What the checkpoint refers to must be on disk before it is.
+        let secured = self.files.as_ref().map_or(Ok(()), |files| {
+            files.history.secure()?;
+            files.convergence.secure()?;
+            self.snapshots.secure()
+        });
+        agree(&self.world, secured.map_err(|error| error.to_string()))?;
+        let spent = Spent {
+            phases: clock.seconds().plus(&self.spent_before.phases),
+            cpu_seconds: self.spent_before.cpu_seconds + self.world.sum(process::cpu_seconds()),
+        };
+        let state = RunState {
+            program: crate::version::PROGRAM.to_owned(),
+            commit: crate::version::COMMIT.to_owned(),
+            configuration: self.scene.output.resolved_tree.clone(),
+            points: self.total_points,
+            analysis: analysis.clone(),
+            model: model.state(),
+            files: self.state,
+            spent,
+        };
+        checkpoint::save(&self.world, &self.directory, model, state)?;
+        self.saved = Some(analysis.counts.steps);
         Ok(())
     }
 
@@ -153,10 +263,7 @@ impl<'a> Recorder<'a> {
         let clock = self.clock.clone();
         let _writing = clock.enter(Phase::Output);
         self.progress.finish();
-        match self.last {
-            (_, true) => Ok(()),
-            (time, false) => self.snapshot(model, time),
-        }
+        if self.state.shown { Ok(()) } else { self.snapshot(model) }
     }
 
     /// Collective. Writes `summary.json`.
@@ -175,15 +282,26 @@ impl<'a> Recorder<'a> {
     }
 }
 
-fn create_files(scene: &Scene, columns: &[Column]) -> Result<RootFiles, Error> {
-    let folder = ResultFolder::create(&scene.output.directory, &scene.output.resolved)?;
+fn open_files(scene: &Scene, columns: &[Column], saved: Option<&RunState>) -> Result<RootFiles, Error> {
+    let (directory, configuration) = (&scene.output.directory, &scene.output.resolved);
+    let folder = match saved {
+        Some(_) => ResultFolder::reopen(directory, configuration)?,
+        None => ResultFolder::create(directory, configuration)?,
+    };
+    let (history, convergence) = (folder.file("history.csv"), folder.file("convergence.csv"));
     let names: Vec<String> = columns
         .iter()
         .flat_map(|column| column.entry.column_names(scene.kinematics))
         .collect();
-    Ok(RootFiles {
-        history: History::create(&folder.file("history.csv"), &names)?,
-        convergence: Convergence::create(&folder.file("convergence.csv"))?,
+    Ok(match saved {
+        Some(RunState { files, .. }) => RootFiles {
+            history: History::resume(&history, names.len(), files.history)?,
+            convergence: Convergence::resume(&convergence, files.convergence)?,
+        },
+        None => RootFiles {
+            history: History::create(&history, &names)?,
+            convergence: Convergence::create(&convergence)?,
+        },
     })
 }
 
@@ -237,20 +355,25 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Observer<C, D, N> for Reco
             residual: step.force_residual,
             elapsed: self.clock.elapsed(),
             done: done(self.scene, step.time),
+            begun: self.begun,
         });
-        self.last = (snapshot_time(step.time), false);
-        self.full_steps += usize::from(step.full_step);
-        let due = step.full_step
-            && self
-                .scene
-                .output
-                .snapshot_every
-                .is_some_and(|every| self.full_steps.is_multiple_of(every));
-        if due || step.last {
-            self.snapshot(step.model, snapshot_time(step.time))
-        } else {
-            Ok(())
+        self.state.time = snapshot_time(step.time);
+        self.state.shown = false;
+        self.state.full_steps += usize::from(step.full_step);
+        let output = &self.scene.output;
+        let due = |every: usize| step.last || step.full_step && self.state.full_steps.is_multiple_of(every);
+        let (snapshot, save) = (
+            due(output.snapshot_every.unwrap_or(usize::MAX)),
+            due(output.checkpoint_every),
+        );
+        if snapshot {
+            self.snapshot(step.model)?;
         }
+        self.note_lengths()?;
+        if save {
+            self.checkpoint(step.model, step.state)?;
+        }
+        Ok(())
     }
 }
 

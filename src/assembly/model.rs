@@ -18,6 +18,7 @@ use crate::points::Points;
 use crate::points::elements::Elements;
 use crate::points::search::{Batches, Misplaced, cells_of_points, search, search_elements};
 use nalgebra::{Matrix3, SVector, SymmetricEigen};
+use serde::{Deserialize, Serialize};
 
 /// What is solved, as far as this rank holds it.
 pub struct Model<C: Fields<D, N>, const D: usize, const N: usize> {
@@ -39,6 +40,16 @@ pub struct Model<C: Fields<D, N>, const D: usize, const N: usize> {
     /// Penalties and pressures on points.
     pub surface: SurfaceConditions,
     pub ghost: Option<GhostPenalty>,
+}
+
+/// What a model carries from step to step beside its points and the nodes of its mesh. Whatever is added to [`Model`]
+/// and outlives a step belongs here, since this is what a checkpoint keeps of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ModelState {
+    /// Lower corner of the grid [m].
+    pub grid_min: Vec<f64>,
+    /// Edges of its cells [m].
+    pub cell_size: Vec<f64>,
 }
 
 /// What the points see of the grid at the start of a step; it does not change while the step is solved.
@@ -136,6 +147,23 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Model<C, D, N> {
             }
         }
         forces
+    }
+
+    /// What the model carries beside points and mesh.
+    pub fn state(&self) -> ModelState {
+        ModelState {
+            grid_min: self.grid.min.to_vec(),
+            cell_size: self.grid.cell_size.to_vec(),
+        }
+    }
+
+    /// Takes over a state of the same scene.
+    ///
+    /// # Panics
+    /// If the state is one of another dimension.
+    pub fn restore(&mut self, state: &ModelState) {
+        self.grid.min.copy_from_slice(&state.grid_min);
+        self.grid.cell_size.copy_from_slice(&state.cell_size);
     }
 
     /// Collective. Ends a step at local increments `u`, at which the trial stresses and states were evaluated: moves the

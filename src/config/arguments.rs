@@ -38,6 +38,9 @@ pub struct RunArguments {
     /// Override one key of the configuration; list entries by index from 0
     #[arg(long = "set", value_name = "A.B.C=VALUE", value_parser = assignment)]
     pub set: Vec<String>,
+    /// Go on from the checkpoint in the result folder, on the same or another number of ranks
+    #[arg(long)]
+    pub restart: bool,
     /// Print nothing but problems
     #[arg(long)]
     pub quiet: bool,

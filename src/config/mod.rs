@@ -4,6 +4,7 @@
 //! may be typed), `check` (what makes sense), `input` (where the text comes from), `arguments` (the command line).
 
 pub mod arguments;
+mod change;
 mod check;
 mod decode;
 pub mod file;
@@ -15,6 +16,7 @@ mod source;
 mod tree;
 mod write;
 
+pub use change::changes;
 pub use input::Input;
 pub use source::Source;
 

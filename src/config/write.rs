@@ -11,8 +11,8 @@ const LINE_LENGTH: usize = 100;
 /// Gauss points along an axis of a cell of a mesh, unless set.
 pub const DEFAULT_POINTS_OF_MESH: OneOrPerAxis<usize> = ScalarOr::Scalar(2);
 
-/// Text that describes the same scene wherever it is stored; files are named absolutely.
-pub fn resolved(config: &ConfigFile, files: &Files, directory: &str) -> String {
+/// A tree that describes the same scene wherever it is stored; files are named absolutely.
+pub fn resolved(config: &ConfigFile, files: &Files, directory: &str) -> Value {
     let mut config = config.clone();
     config.output.directory = Some(directory.to_owned());
     for body in &mut config.bodies {
@@ -34,11 +34,14 @@ pub fn resolved(config: &ConfigFile, files: &Files, directory: &str) -> String {
     for stage in stages_of_boundary.chain(config.loads.iter_mut().map(|entry| &mut entry.stage)) {
         *stage = stage.take().or_else(|| first_stage.clone());
     }
+    serde_json::to_value(&config).unwrap_or_default()
+}
+
+/// A tree as YAML.
+pub fn text(tree: &Value) -> String {
     let mut text = String::new();
-    if let Ok(Value::Object(sections)) = serde_json::to_value(&config) {
-        for (key, value) in sections {
-            block(&mut text, 0, &format!("{key}:"), &value);
-        }
+    for (key, value) in tree.as_object().into_iter().flatten() {
+        block(&mut text, 0, &format!("{key}:"), value);
     }
     text
 }

@@ -147,6 +147,20 @@ impl<const D: usize> Mesh<D> {
         }
     }
 
+    /// Positions of the nodes now, by key [m].
+    pub fn nodes(&self) -> &[SVector<f64, D>] {
+        &self.current
+    }
+
+    /// Puts the nodes to these positions, in the order of [`Mesh::nodes`].
+    ///
+    /// # Panics
+    /// If there are not as many as nodes.
+    pub fn place_nodes(&mut self, positions: impl ExactSizeIterator<Item = SVector<f64, D>>) {
+        assert_eq!(positions.len(), self.current.len(), "one position per node");
+        self.current = positions.collect();
+    }
+
     /// Nodes of a face with their shares of something that is spread evenly over its initial area; they sum to one.
     pub fn face_shares(&self, face: MeshFace) -> Vec<(u64, f64)> {
         let mut shares = vec![0.0; self.initial.len()];

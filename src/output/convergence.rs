@@ -36,6 +36,23 @@ impl Convergence {
         })
     }
 
+    /// Goes on with the file of an earlier run, of which the first `length` bytes stay.
+    pub fn resume(path: &Path, length: u64) -> Result<Self, Error> {
+        Ok(Convergence {
+            table: Table::resume(path, length)?,
+        })
+    }
+
+    /// Length of the file [byte].
+    pub fn length(&self) -> Result<u64, Error> {
+        self.table.length()
+    }
+
+    /// Returns when all rows are on disk.
+    pub fn secure(&self) -> Result<(), Error> {
+        self.table.secure()
+    }
+
     /// Adds the iterations of an attempt at a step, from iteration 0; they are in the file when this returns.
     /// `attempt` counts from 1 within a step. `accepted` (`true` or `false` in the file) says how the attempt ended.
     pub fn record(

@@ -1,8 +1,11 @@
 //! The folder that a run leaves its results in.
 
 use std::fs;
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+
+use rustix::fs::FallocateFlags;
+use rustix::io::Errno;
 
 use crate::error::Error;
 
@@ -34,6 +37,15 @@ impl ResultFolder {
         for name in RESULTS {
             remove(&folder.file(name))?;
         }
+        write_atomically(&folder.file("config.yaml"), configuration.as_bytes())?;
+        Ok(folder)
+    }
+
+    /// The folder of an earlier run that this one goes on with; `config.yaml` is written anew, all else stays.
+    pub fn reopen(path: &Path, configuration: &str) -> Result<Self, Error> {
+        let folder = ResultFolder {
+            path: path.to_path_buf(),
+        };
         write_atomically(&folder.file("config.yaml"), configuration.as_bytes())?;
         Ok(folder)
     }
@@ -76,6 +88,23 @@ pub fn write_atomically(path: &Path, content: &[u8]) -> Result<(), Error> {
         let _ = fs::remove_file(&temporary);
         Error::System(format!("cannot write {}: {error}", path.display()))
     })
+}
+
+/// Claims space on disk behind the first `from` bytes of a file, so that a full disk is found before anything is written.
+pub(super) fn claim_space(file: &fs::File, from: u64, bytes: u64) -> io::Result<()> {
+    match rustix::fs::fallocate(file, FallocateFlags::KEEP_SIZE, from, bytes) {
+        // Some network file systems cannot reserve; then the writer finds out.
+        Ok(()) | Err(Errno::OPNOTSUPP | Errno::NOSYS) => Ok(()),
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// Returns when the name of a file is on disk, so that it outlives a crash of the machine.
+pub(super) fn sync_folder(path: &Path) -> io::Result<()> {
+    match path.parent().filter(|parent| !parent.as_os_str().is_empty()) {
+        Some(parent) => fs::File::open(parent)?.sync_all(),
+        None => fs::File::open(".")?.sync_all(),
+    }
 }
 
 #[cfg(test)]

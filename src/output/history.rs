@@ -38,6 +38,24 @@ impl History {
         })
     }
 
+    /// Goes on with the file of an earlier run of the same columns, of which the first `length` bytes stay.
+    pub fn resume(path: &Path, columns: usize, length: u64) -> Result<Self, Error> {
+        Ok(History {
+            table: Table::resume(path, length)?,
+            columns,
+        })
+    }
+
+    /// Length of the file [byte].
+    pub fn length(&self) -> Result<u64, Error> {
+        self.table.length()
+    }
+
+    /// Returns when all rows are on disk.
+    pub fn secure(&self) -> Result<(), Error> {
+        self.table.secure()
+    }
+
     /// Adds a row; it is in the file when this returns.
     ///
     /// # Panics

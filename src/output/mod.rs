@@ -4,6 +4,7 @@
 //! [`convergence`], [`summary`]) are written by one rank, whose caller makes the outcome common; [`vtkhdf`] is written
 //! by all ranks together and returns the same outcome on each.
 
+pub mod checkpoint;
 pub mod convergence;
 pub mod folder;
 pub mod history;

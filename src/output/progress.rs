@@ -78,6 +78,8 @@ pub struct StepLine<'a> {
     pub elapsed: Duration,
     /// Part of the whole run that is done, 0 to 1; the rest is estimated from it.
     pub done: f64,
+    /// The same when this part of the run began: above 0 after a restart.
+    pub begun: f64,
 }
 
 /// Printer of a run.
@@ -179,8 +181,8 @@ fn describe(line: &StepLine<'_>) -> String {
         line.residual,
         clock_time(line.elapsed.as_secs_f64()),
     );
-    if line.done > 0.0 && line.done < 1.0 {
-        let rest = line.elapsed.as_secs_f64() * (1.0 - line.done) / line.done;
+    if line.done > line.begun && line.done < 1.0 {
+        let rest = line.elapsed.as_secs_f64() * (1.0 - line.done) / (line.done - line.begun);
         write!(text, "  rest {}", clock_time(rest)).expect("writing to a string cannot fail");
     }
     text
@@ -211,6 +213,7 @@ mod tests {
             residual: 3.2e-11,
             elapsed: Duration::from_secs(90),
             done: load_factor,
+            begun: 0.0,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 use std::fs::File;
-use std::io::Write as _;
+use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
 use crate::error::Error;
@@ -25,6 +25,37 @@ impl Table {
         let names: Vec<String> = columns.iter().map(|name| quoted(name)).collect();
         table.write(&(names.join(",") + "\n"))?;
         Ok(table)
+    }
+
+    /// Goes on with a file that an earlier run left, cut back to its first `length` bytes, which end a row.
+    pub(super) fn resume(path: &Path, length: u64) -> Result<Self, Error> {
+        let open = || -> std::io::Result<File> {
+            let mut file = File::options().read(true).write(true).open(path)?;
+            let mut end = [0];
+            file.seek(SeekFrom::Start(length.saturating_sub(1)))?;
+            file.read_exact(&mut end)?;
+            if end != [b'\n'] {
+                return Err(std::io::Error::other("it was changed since the checkpoint was written"));
+            }
+            file.set_len(length)?;
+            Ok(file)
+        };
+        let file = open().map_err(|error| Error::System(format!("cannot go on with {}: {error}", path.display())))?;
+        Ok(Table {
+            path: path.to_path_buf(),
+            file,
+        })
+    }
+
+    /// Returns when all rows are on disk, so that they outlive a crash of the machine.
+    pub(super) fn secure(&self) -> Result<(), Error> {
+        self.file.sync_data().map_err(|error| failure(&self.path, &error))
+    }
+
+    /// Length of the file [byte].
+    pub(super) fn length(&self) -> Result<u64, Error> {
+        let metadata = self.file.metadata().map_err(|error| failure(&self.path, &error))?;
+        Ok(metadata.len())
     }
 
     /// Adds text that consists of whole rows.

@@ -17,9 +17,8 @@ use hdf5::plist::dataset_create::FillTime;
 use hdf5::types::FixedAscii;
 use hdf5::{Dataset, File, Group, H5Type};
 use mpi::traits::{AsRaw, Equivalence};
-use rustix::fs::FallocateFlags;
-use rustix::io::Errno;
 
+use super::folder::claim_space;
 use super::{PointFields, PointValues, agree};
 use crate::error::Error;
 use crate::parallel::World;
@@ -46,6 +45,40 @@ impl Snapshots {
         Snapshots {
             path: path.into(),
             written: 0,
+        }
+    }
+
+    /// Goes on with the series of an earlier run: its first `written` snapshots stay, later ones are dropped. Collective.
+    ///
+    /// Where that cannot be done, because the file is gone or a write was cut short, a new series begins with the next
+    /// snapshot; the second answer says why, and what became of the file. It is the same on every rank.
+    ///
+    /// # Errors
+    /// The same on every rank: a file that cannot be used cannot be put aside either.
+    pub fn resume(world: &World, path: PathBuf, written: usize, total: u64) -> Result<(Self, Option<String>), Error> {
+        let cut = if world.is_root() {
+            cut_back(&path, written, total)
+        } else {
+            Ok(())
+        };
+        match agree(world, cut) {
+            Ok(()) => Ok((Snapshots { path, written }, None)),
+            Err(reason) => {
+                let aside = if world.is_root() { put_aside(&path) } else { Ok(()) };
+                agree(world, aside)?;
+                Ok((Snapshots::new(path), Some(reason.to_string())))
+            }
+        }
+    }
+
+    /// Returns when all snapshots are on disk, so that they outlive a crash of the machine. Not collective.
+    pub fn secure(&self) -> Result<(), Error> {
+        let synchronise = || fs::File::open(&self.path)?.sync_data();
+        match synchronise() {
+            Err(error) if self.written > 0 => {
+                Err(Error::System(format!("cannot write {}: {error}", self.path.display())))
+            }
+            _ => Ok(()),
         }
     }
 
@@ -86,11 +119,7 @@ impl Snapshots {
                 .truncate(false)
                 .open(&self.path)?;
             let end = file.metadata()?.len();
-            match rustix::fs::fallocate(&file, FallocateFlags::KEEP_SIZE, end, bytes) {
-                // Some network file systems cannot reserve; then HDF5 finds out.
-                Ok(()) | Err(Errno::OPNOTSUPP | Errno::NOSYS) => Ok(()),
-                Err(error) => Err(error.into()),
-            }
+            claim_space(&file, end, bytes)
         };
         claim().map_err(|error| format!("cannot write {}: {error}", self.path.display()))
     }
@@ -152,6 +181,46 @@ impl Snapshots {
             world,
             outcome.map_err(|error| format!("cannot write {}: {error}", self.path.display())),
         )
+    }
+}
+
+/// Drops all but the first snapshots of a file. It is opened by this process alone.
+fn cut_back(path: &Path, written: usize, total: u64) -> Result<(), String> {
+    if written == 0 {
+        return Ok(());
+    }
+    let cut = || -> hdf5::Result<()> {
+        let file = File::open_rw(path)?;
+        let root = file.group("VTKHDF")?;
+        let count: i64 = root.group("Steps")?.attr("NSteps")?.read_scalar()?;
+        let points = root.dataset("NumberOfPoints")?.read_raw::<i64>()?;
+        let rows = written * total as usize;
+        let data = root.group("PointData")?;
+        let tables = [vec![root.dataset("Points")?], data.datasets()?].concat();
+        let whole = tables
+            .iter()
+            .all(|table| table.shape().first().is_some_and(|&length| length >= rows));
+        if count < written as i64 || points != [total as i64] || !whole {
+            let what = format!("it holds {count} snapshots, and {written} of {total} points were expected");
+            return Err(hdf5::Error::Internal(what));
+        }
+        set_step_count(&file, written as i64)?;
+        tables.iter().try_for_each(|table| resize(table, rows))?;
+        let steps = root.group("Steps")?;
+        let steps = [steps.datasets()?, steps.group("PointDataOffsets")?.datasets()?].concat();
+        steps.iter().try_for_each(|table| resize(table, written))?;
+        file.close()
+    };
+    cut().map_err(|error| format!("{} cannot be gone on with: {error}", path.display()))
+}
+
+/// Gives a file that cannot be used another name.
+fn put_aside(path: &Path) -> Result<(), String> {
+    match fs::rename(path, path.with_extension("damaged.vtkhdf")) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(format!("cannot rename {}: {error}", path.display()))
+        }
+        _ => Ok(()),
     }
 }
 

@@ -5,12 +5,41 @@ use crate::continuum::{Continuum, total_length};
 use crate::parallel::{Directory, World};
 use nalgebra::SVector;
 
-/// Numbers that one point packs into.
-fn record_length<C: Continuum, const D: usize>(points: &Points<C, D>) -> usize {
-    4 + 4 * D + 1 + total_length(C::MOTION) + total_length(C::STRESS) + points.state_length + points.gap_count
+/// A quantity in the record of a point.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RecordPart {
+    /// Name in files, such as `motion/rotation`.
+    pub name: String,
+    pub length: usize,
+    /// Whether its numbers are the bits of whole ones.
+    pub whole: bool,
 }
 
 impl<C: Continuum, const D: usize> Points<C, D> {
+    /// What the record of a point consists of, in the order of [`Points::pack`].
+    pub fn record_parts(&self) -> Vec<RecordPart> {
+        let part = |name: &str, length, whole| RecordPart {
+            name: name.to_owned(),
+            length,
+            whole,
+        };
+        let mut parts = ["id", "body", "material", "marks"]
+            .map(|name| part(name, 1, true))
+            .to_vec();
+        let vectors = ["position", "displacement", "reference_half_lengths", "half_lengths"];
+        parts.extend(vectors.map(|name| part(name, D, false)));
+        parts.push(part("volume", 1, false));
+        for (group, variables) in [("motion", C::MOTION), ("stress", C::STRESS)] {
+            let named = variables
+                .iter()
+                .map(|variable| (format!("{group}/{}", variable.name), variable.length));
+            parts.extend(named.map(|(name, length)| part(&name, length, false)));
+        }
+        parts.push(part("state", self.state_length, false));
+        parts.push(part("gaps", self.gap_count, false));
+        parts
+    }
+
     /// Appends everything that a point carries to a record of numbers.
     pub fn pack(&self, point: usize, record: &mut Vec<f64>) {
         let integers = [
@@ -40,7 +69,8 @@ impl<C: Continuum, const D: usize> Points<C, D> {
 
     /// Appends the points of a sequence of records.
     pub fn unpack(&mut self, records: &[f64]) {
-        for record in records.chunks_exact(record_length(self)) {
+        let length = self.record_parts().iter().map(|part| part.length).sum();
+        for record in records.chunks_exact(length) {
             let (integers, rest) = record.split_at(4);
             self.id.push(integers[0].to_bits());
             self.body.push(integers[1].to_bits() as u32);

@@ -35,6 +35,8 @@ pub enum Search {
 pub struct Tried {
     pub end: Result<Solution, Failure>,
     pub records: Vec<IterationRecord>,
+    /// Whether a rank was asked to stop meanwhile; a failure may be due to that alone.
+    pub interrupted: bool,
 }
 
 /// A solved step, not yet accepted.
@@ -86,6 +88,7 @@ pub fn try_step<C: Fields<D, N>, const D: usize, const N: usize>(
                     search_matters: false,
                 }),
                 records: problem.records,
+                interrupted: problem.interrupted,
             });
         }
     };
@@ -115,6 +118,7 @@ pub fn try_step<C: Fields<D, N>, const D: usize, const N: usize>(
     Ok(Tried {
         end,
         records: problem.records,
+        interrupted: problem.interrupted,
     })
 }
 
@@ -186,6 +190,9 @@ fn open<C: Fields<D, N>, const D: usize, const N: usize>(
     let completed = problem.complete(&mut right_hand_side);
     if let Some(failure) = not_evaluated(completed, problem)? {
         return Ok(Err(failure));
+    }
+    if problem.interrupted {
+        return Ok(Err("the run was asked to stop".into()));
     }
     let matrix = solver.newton.matrix_mut();
     matrix.zero()?;

@@ -9,6 +9,7 @@ use crate::assembly::model::{Model, StepSystem};
 use crate::assembly::surface::{ActingConditions, Surface, SurfaceWorkspace};
 use crate::condition::dirichlet::Prescribed;
 use crate::continuum::Fields;
+use crate::interrupt::Interrupt;
 use crate::parallel::World;
 use crate::petsc::{BlockMatrix, Evaluate, Iteration, Nonlinear, PetscError, PetscInt, Verdict};
 
@@ -34,6 +35,9 @@ pub struct Equilibrium<'a, C: Fields<D, N>, const D: usize, const N: usize> {
     pub records: Vec<IterationRecord>,
     /// Why the last evaluation failed, on the rank where it did.
     pub failure: Option<OutOfDomain>,
+    /// Whether a rank was asked to stop by the time of the last evaluation; the same on every rank.
+    pub interrupted: bool,
+    interrupt: &'a Interrupt,
     /// Local increments of the last evaluation.
     evaluated: Vec<f64>,
     unassembled: f64,
@@ -53,6 +57,7 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
         pushed: &'a [f64],
         settings: &'a SolverSettings,
         peak_force: f64,
+        interrupt: &'a Interrupt,
     ) -> Self {
         let reactions = vec![0.0; external.len()];
         Self {
@@ -70,6 +75,8 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
             norms: Norms::default(),
             records: Vec::new(),
             failure: None,
+            interrupted: false,
+            interrupt,
             evaluated: Vec::new(),
             unassembled: 0.0,
             surface_workspace: SurfaceWorkspace::default(),
@@ -162,7 +169,8 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Nonlinear for Equilibrium<
     }
 
     fn complete(&mut self, r: &mut [f64]) -> Result<(), Evaluate> {
-        let mut sums = [0.0, 0.0, 0.0, self.unassembled];
+        let asked_to_stop = f64::from(u8::from(self.interrupt.requested()));
+        let mut sums = [0.0, 0.0, 0.0, self.unassembled, asked_to_stop];
         for (index, own) in r.iter_mut().enumerate() {
             *own -= self.external[index];
             let constrained = self.prescribed.mask[index];
@@ -175,6 +183,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Nonlinear for Equilibrium<
         }
         self.world.sum_slice(&mut sums);
         self.norms = Norms::from_sums(&sums);
+        self.interrupted = sums[4] > 0.0;
         Ok(())
     }
 
@@ -203,7 +212,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Nonlinear for Equilibrium<
             .is_some_and(|tolerance| energy_residual < tolerance);
         if force_residual < self.settings.force_tolerance || energy_converged {
             Verdict::Converged
-        } else if force_residual.is_finite() {
+        } else if force_residual.is_finite() && !self.interrupted {
             Verdict::Continue
         } else {
             Verdict::Diverged

@@ -6,4 +6,5 @@ pub mod convergence;
 pub mod equilibrium;
 pub mod schedule;
 pub mod settings;
+pub mod state;
 pub mod step;

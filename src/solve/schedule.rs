@@ -6,12 +6,13 @@
 
 use super::settings::{Adaptive, Stage};
 use crate::condition::Time;
+use serde::{Deserialize, Serialize};
 
 /// An adaptive step is at most so many times as long as the one before it, and at least the inverse.
 const LARGEST_CHANGE: f64 = 2.0;
 
 /// Progress through the steps of one stage: all that decides which step comes next.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Schedule {
     stage: usize,
     steps: u64,

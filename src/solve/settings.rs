@@ -1,5 +1,7 @@
 //! How steps are solved: what a user decides.
 
+use serde::{Deserialize, Serialize};
+
 #[derive(Clone, Debug)]
 pub struct Stage {
     pub name: String,
@@ -10,7 +12,7 @@ pub struct Stage {
 }
 
 /// Steps that grow and shrink with the number of iterations.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Adaptive {
     /// Longest step as a share of the stage.
     pub max_step: f64,

@@ -6,6 +6,7 @@ use super::convergence::IterationRecord;
 use super::equilibrium::Equilibrium;
 use super::schedule::Schedule;
 use super::settings::{SolverSettings, Stage};
+use super::state::AnalysisState;
 use crate::assembly::kernel::Workspace;
 use crate::assembly::model::{Model, StepSystem};
 use crate::clock::{Clock, Phase};
@@ -14,9 +15,11 @@ use crate::condition::dirichlet::prescribe;
 use crate::condition::weak::prescribe_platens;
 use crate::continuum::Fields;
 use crate::error::Error;
+use crate::interrupt::Interrupt;
 use crate::parallel::World;
 use crate::petsc::{BlockMatrix, Layout, Newton, NewtonOptions, Partitioner, PetscInt, Session};
 use crate::points::search::Misplaced;
+use serde::{Deserialize, Serialize};
 use std::rc::Rc;
 
 /// The points are shared anew only where that improves on what the last partition could reach.
@@ -45,6 +48,8 @@ pub struct Accepted<'a, C: Fields<D, N>, const D: usize, const N: usize> {
     pub newton_iterations: usize,
     pub force_residual: f64,
     pub model: &'a Model<C, D, N>,
+    /// What a later run needs beside the model to go on from here.
+    pub state: &'a AnalysisState,
     /// Sum of the support's forces for each boundary, by component.
     pub reactions: &'a [[f64; N]],
     /// Whether the step ended a full step of the stage.
@@ -60,7 +65,7 @@ pub trait Observer<C: Fields<D, N>, const D: usize, const N: usize> {
 }
 
 /// Counts of an analysis, for its summary.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Counts {
     pub steps: usize,
     pub attempts: usize,
@@ -80,20 +85,25 @@ pub struct Analysis<C: Fields<D, N>, const D: usize, const N: usize> {
     settings: SolverSettings,
     partitioner: Partitioner,
     solver: Option<Solver>,
-    peak_force: f64,
-    /// Imbalance that the last partition left.
-    achieved_balance: f64,
+    /// Where the last accepted step left the analysis.
+    state: AnalysisState,
+    /// Counts until now, failed attempts since the last accepted step included.
     pub counts: Counts,
+    interrupt: Interrupt,
     clock: Rc<Clock>,
 }
 
 impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
+    /// An analysis that goes on from a state that belongs to the model.
+    #[allow(clippy::too_many_arguments)]
     pub fn new(
         world: &World,
         session: &Rc<Session>,
         model: Model<C, D, N>,
         settings: SolverSettings,
         partitioner: Partitioner,
+        state: AnalysisState,
+        interrupt: &Interrupt,
         clock: &Rc<Clock>,
     ) -> Self {
         Self {
@@ -104,9 +114,9 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
             settings,
             partitioner,
             solver: None,
-            peak_force: 0.0,
-            achieved_balance: f64::INFINITY,
-            counts: Counts::default(),
+            counts: state.counts.clone(),
+            state,
+            interrupt: interrupt.clone(),
             clock: clock.clone(),
         }
     }
@@ -124,21 +134,31 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         })
     }
 
-    /// Collective. Runs all stages.
+    /// Where the last accepted step left the analysis; it belongs to the model as it is.
+    pub fn state(&self) -> &AnalysisState {
+        &self.state
+    }
+
+    /// Collective. Runs all stages from where the analysis stands.
     ///
     /// # Errors
-    /// `Analysis` when a step fails at its smallest size or a point leaves the grid; what observers and libraries report.
+    /// `Analysis` when a step fails at its smallest size or a point leaves the grid; `Interrupted` when a signal asked a
+    /// rank to stop, with the model in its last accepted state; what observers and libraries report.
     pub fn run(&mut self, stages: &[Stage], observer: &mut dyn Observer<C, D, N>) -> Result<(), Error> {
-        let mut system = self.search()?;
-        for (index, stage) in stages.iter().enumerate() {
-            let mut schedule = Schedule::new(index, stage);
+        for (index, stage) in stages.iter().enumerate().skip(self.state.stage) {
+            let mut schedule = if index == self.state.stage {
+                self.state.schedule.clone()
+            } else {
+                Schedule::new(index, stage)
+            };
             while schedule.next_step().is_some() {
+                if self.world.any(self.interrupt.requested()) {
+                    return Err(self.interrupted());
+                }
+                let system = self.search()?;
                 let solution = self.solve_step(&system, stage, &mut schedule, observer)?;
                 let last = index + 1 == stages.len() && schedule.next_step().is_none();
                 self.accept(&system, stage, &schedule, solution, last, observer)?;
-                if !last {
-                    system = self.search()?;
-                }
             }
         }
         Ok(())
@@ -157,7 +177,14 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         let mut search = Search::Configured;
         loop {
             let (from, to) = schedule.next_step().expect("the stage is not done");
-            let Tried { end, records } = self.attempt(system, from, to, search)?;
+            let Tried {
+                end,
+                records,
+                interrupted,
+            } = self.attempt(system, from, to, search)?;
+            if interrupted && end.is_err() {
+                return Err(self.interrupted());
+            }
             let failure = end.as_ref().err().map(|failure| failure.reason.as_str());
             observer.attempted(&Attempt {
                 step,
@@ -213,7 +240,13 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         );
         self.model.follow(schedule.start(), schedule.done());
         self.counts.steps += 1;
-        self.peak_force = self.peak_force.max(solution.force_scale);
+        self.state = AnalysisState {
+            stage: schedule.done().stage,
+            schedule: schedule.clone(),
+            counts: self.counts.clone(),
+            peak_force: self.state.peak_force.max(solution.force_scale),
+            achieved_balance: self.state.achieved_balance,
+        };
         let reactions = self.boundary_reactions(system, &solution.reactions, &mut platens);
         observer.accepted(&Accepted {
             step: self.counts.steps,
@@ -223,6 +256,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
             newton_iterations: solution.iterations,
             force_residual: solution.force_residual,
             model: &self.model,
+            state: &self.state,
             reactions: &reactions,
             full_step: schedule.at_full_step(),
             last,
@@ -242,11 +276,11 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
             .map_err(|misplaced| lost(steps, misplaced))?;
         if world.size() > 1 {
             let now = imbalance(&world, self.model.points.len());
-            let worse = now > LARGEST_IMBALANCE && now > WORTHWHILE * self.achieved_balance;
-            if worse || self.achieved_balance.is_infinite() {
+            let achieved = self.state.achieved_balance;
+            if achieved.is_none_or(|achieved| now > LARGEST_IMBALANCE && now > WORTHWHILE * achieved) {
                 let Model { grid, points, .. } = &mut self.model;
                 share_points(&self.session, &world, grid, self.partitioner, points, &cells)?;
-                self.achieved_balance = imbalance(&world, points.len());
+                self.state.achieved_balance = Some(imbalance(&world, points.len()));
             }
         }
         let system = self.model.search(&world).map_err(|misplaced| lost(steps, misplaced))?;
@@ -288,6 +322,14 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         Ok(())
     }
 
+    /// How a run ends that a signal asked to stop.
+    fn interrupted(&self) -> Error {
+        let step = self.state.counts.steps;
+        Error::Interrupted(format!(
+            "stopped by a signal after step {step}; --restart goes on from there"
+        ))
+    }
+
     /// One attempt at a step from the accepted state.
     fn attempt(&mut self, system: &StepSystem<D>, from: Time, to: Time, search: Search) -> Result<Tried, Error> {
         let clock = self.clock.clone();
@@ -313,7 +355,8 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
             &external,
             &pushed,
             &self.settings,
-            self.peak_force,
+            self.state.peak_force,
+            &self.interrupt,
         );
         let tried = try_step(&self.session, solver, problem)?;
         self.counts.attempts += 1;

@@ -27,16 +27,26 @@ impl Check<'_> {
             "0 steps between snapshots",
             "a whole number >= 1",
         );
+        let checkpoint_every = keys.checkpoint.every;
+        let place = path.key("checkpoint").key("every");
+        self.require(
+            checkpoint_every != 0,
+            &place,
+            "0 steps between checkpoints",
+            "a whole number >= 1",
+        );
         let directory = keys.directory.clone().unwrap_or_else(|| self.files.default_directory());
         let named = !directory.trim().is_empty() && !directory.contains('\0');
         self.require(named, &path.key("directory"), "this cannot be a folder", "a folder");
         let history = self.history(&path.key("history"));
-        let resolved = write::resolved(self.config, self.files, &directory);
+        let resolved_tree = write::resolved(self.config, self.files, &directory);
         Some(OutputSettings {
             directory: directory.into(),
             snapshot_every: every,
+            checkpoint_every,
             history: history?,
-            resolved,
+            resolved: write::text(&resolved_tree),
+            resolved_tree,
         })
     }
 
