@@ -1,11 +1,13 @@
 //! From a scene to results: builds the model, runs the analysis, records it.
 
+mod advice;
 mod build;
 mod columns;
 mod facts;
 mod point;
 mod recorder;
 mod snapshot;
+mod symmetry;
 mod templates;
 
 use crate::clock::Clock;
@@ -146,8 +148,7 @@ fn perform<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
 ) -> Result<(), Error> {
     let built = build::<C, D, N>(world, scene, source)?;
     match task {
-        Task::Check if world.is_root() => print!("{}", built.describe(scene)),
-        Task::Check => {}
+        Task::Check => print(world, || Ok(built.describe(scene)))?,
         Task::Run { quiet } => run(world, scene, source, built, quiet, clock)?,
     }
     Ok(())

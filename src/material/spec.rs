@@ -59,6 +59,15 @@ pub enum MaterialSpec {
     Elastoplastic(ElasticModuli, PlasticParameters),
 }
 
+impl MaterialSpec {
+    /// The elastic part of the law.
+    pub fn elastic(&self) -> &ElasticModuli {
+        match self {
+            MaterialSpec::Elastic(moduli) | MaterialSpec::Elastoplastic(moduli, _) => moduli,
+        }
+    }
+}
+
 /// Names of the laws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
