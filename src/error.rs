@@ -8,6 +8,8 @@ use std::fmt;
 pub enum Error {
     /// The configuration or the command line is wrong; nothing was run. Exit code 2.
     Configuration(Vec<Problem>),
+    /// The command asks for something that is not there or must not be; nothing was done. Exit code 2.
+    Command(String),
     /// The analysis could not go on; results so far are complete. Exit code 3.
     Analysis(String),
     /// A signal asked the run to stop; a checkpoint of the last accepted state is there. Exit code 4.
@@ -22,7 +24,7 @@ impl Error {
     /// Exit code of the process.
     pub fn exit_code(&self) -> i32 {
         match self {
-            Error::Configuration(_) => 2,
+            Error::Configuration(_) | Error::Command(_) => 2,
             Error::Analysis(_) => 3,
             Error::Interrupted(_) => 4,
             Error::System(_) | Error::Library(_) => 1,
@@ -42,7 +44,8 @@ impl fmt::Display for Error {
                 }
                 Ok(())
             }
-            Error::Analysis(message)
+            Error::Command(message)
+            | Error::Analysis(message)
             | Error::Interrupted(message)
             | Error::System(message)
             | Error::Library(message) => write!(out, "{message}"),

@@ -2,8 +2,8 @@
 
 use mpm_petsc::app::{self, Task};
 use mpm_petsc::clock::Clock;
+use mpm_petsc::config::Source;
 use mpm_petsc::config::arguments::{Command, Exit, parse};
-use mpm_petsc::config::{Input, Source};
 use mpm_petsc::error::Error;
 use mpm_petsc::parallel::World;
 use mpm_petsc::scene::Scene;
@@ -40,6 +40,9 @@ fn perform(world: &World, command: Command, clock: &Rc<Clock>) -> i32 {
             let (quiet, restart) = (run.quiet, run.restart);
             app::execute(world, &scene, &source, Task::Run { quiet, restart }, clock)
         }),
+        Command::Schema => app::print(world, || Ok(app::schema_text())),
+        Command::Init(template) => app::print(world, || app::init(template.as_deref())),
+        Command::Point(point) => app::point(world, &point.config, &point.set),
         Command::Check(check) => read(world, &check.config, &check.set)
             .and_then(|(scene, source)| app::execute(world, &scene, &source, Task::Check, clock)),
     };
@@ -67,11 +70,7 @@ fn prefixed(error: &Error) -> String {
 
 /// Collective. The root reads the configuration; every rank makes the same scene of it.
 fn read(world: &World, file: &str, overrides: &[String]) -> Result<(Scene, Source), Error> {
-    let text = if world.is_root() {
-        app::encode_input(Input::from_disk(file, overrides))
-    } else {
-        String::new()
-    };
-    let input = app::decode_input(&world.broadcast_text(&text))?;
-    input.scene().map_err(Error::Configuration)
+    app::read_input(world, file, overrides)?
+        .scene()
+        .map_err(Error::Configuration)
 }

@@ -145,10 +145,10 @@ fn paths_of_the_source_exist() {
 /// `docs/config.md` below its hand-written head is what the doc comments say.
 #[test]
 fn the_page_of_keys_is_what_the_source_says() {
-    let keys = keys::Keys::read(&[&read("src/config/file.rs"), &read("src/material/spec.rs")]);
+    let keys = keys::Keys(mpm_petsc::config::schema());
     let page = read("docs/config.md");
     let (head, _) = page.split_once("-->\n").expect("the page has a mark");
-    let expected = format!("{head}-->\n{}", keys.page("ConfigFile"));
+    let expected = format!("{head}-->\n{}", keys.page());
     if std::env::var_os("MPM_PETSC_WRITE_DOCS").is_some() {
         fs::write(root().join("docs/config.md"), &expected).expect("docs can be written");
     }
@@ -160,12 +160,52 @@ fn the_page_of_keys_is_what_the_source_says() {
     );
 }
 
+/// The schema that editors use is the one that `mpm-petsc schema` prints.
+#[test]
+fn the_schema_is_what_the_source_says() {
+    let expected = format!("{:#}\n", mpm_petsc::config::schema());
+    let file = "docs/scene.schema.json";
+    if std::env::var_os("MPM_PETSC_WRITE_DOCS").is_some() {
+        fs::write(root().join(file), &expected).expect("docs can be written");
+    }
+    assert!(
+        read(file) == expected,
+        "{file} is not what the source says (MPM_PETSC_WRITE_DOCS=1 cargo test --test documentation writes it)"
+    );
+}
+
+/// An independent validator takes every configuration, whose first lines name the schema to editors, and refuses those with
+/// unknown keys and values of the wrong kind.
+#[test]
+fn the_schema_takes_good_configurations_and_no_misspelled_ones() {
+    let wrong = [
+        "component_that_is_a_number",
+        "key_of_another_section",
+        "list_instead_of_keys",
+        "misspelled_key",
+        "missing_key",
+        "shape_with_two_keys",
+        "text_for_a_number",
+        "unknown_section",
+        "unknown_shape",
+        "list_for_a_mapping",
+    ];
+    let mut check = Command::new(python());
+    check
+        .arg(root().join("tests/documentation/validate.py"))
+        .arg("docs/scene.schema.json");
+    let printed = finish(
+        check.args(wrong.map(|name| format!("tests/bad_input/{name}.yaml"))),
+        root(),
+    );
+    assert!(printed.contains("configurations are valid"), "{printed}");
+}
+
 /// Two sources of one truth: what serde accepts is what the page lists.
 #[test]
 fn every_accepted_key_stands_on_the_page() {
     let page = read("docs/config.md");
-    let keys = keys::Keys::read(&[&read("src/config/file.rs"), &read("src/material/spec.rs")]);
-    let names = keys.names();
+    let names = keys::Keys(mpm_petsc::config::schema()).names();
     assert!(names.len() > 100, "only {} keys were found", names.len());
     for name in names {
         assert!(
@@ -211,6 +251,17 @@ fn finish(command: &mut Command, folder: &Path) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
+/// The Python that results are read with.
+fn python() -> PathBuf {
+    let python = root().join(".venv/bin/python");
+    assert!(
+        python.exists(),
+        "{} is missing; scripts/setup.sh makes it",
+        python.display()
+    );
+    python
+}
+
 /// The scene of the tour in a few steps; then its Python code and the scripts that draw.
 #[test]
 fn the_python_code_of_the_tour_runs() {
@@ -228,12 +279,7 @@ fn the_python_code_of_the_tour_runs() {
     ]);
     finish(&mut run, &folder);
 
-    let python = root().join(".venv/bin/python");
-    assert!(
-        python.exists(),
-        "{} is missing; scripts/setup.sh makes it",
-        python.display()
-    );
+    let python = python();
     let snippets = blocks(&read("docs/tour.md"), "python");
     assert_eq!(snippets.len(), 2, "the tour has two pieces of Python");
     let printed: String = snippets

@@ -1,6 +1,7 @@
 //! The model of a scene: points, laws, conditions; and what only shows once points and grid meet.
 
 use super::Laws;
+use super::advice::{advice, estimates};
 use super::columns::Column;
 use crate::assembly::Sink;
 use crate::assembly::kernel::Workspace;
@@ -39,6 +40,8 @@ pub struct Built<C: Fields<D, N>, const D: usize, const N: usize> {
     pub points_per_body: Vec<u64>,
     pub active_cells: u64,
     pub nodes: usize,
+    /// Keys of the active nodes that this rank owns.
+    pub own_nodes: Vec<u64>,
     pub warnings: Vec<String>,
 }
 
@@ -120,6 +123,7 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
             points_per_body,
             active_cells: system.active_cells,
             nodes: system.active.total,
+            own_nodes: system.active.nodes[..system.active.owned].to_vec(),
             warnings,
         }),
         _ => Err(Error::Configuration(problems)),
@@ -492,6 +496,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Built<C, D, N> {
         for (body, count) in scene.bodies.iter().zip(&self.points_per_body) {
             lines.push(format!("  {}: {count}", body.name));
         }
+        lines.extend(estimates(self.nodes * N, self.points, scene));
         for stage in &scene.stages {
             lines.push(format!("stage {}: {} steps", stage.name, stage.steps));
         }
@@ -502,6 +507,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Built<C, D, N> {
             ));
         }
         lines.extend(self.warnings.iter().map(|warning| format!("warning: {warning}")));
+        lines.extend(advice(self, scene).iter().map(|advice| format!("advice: {advice}")));
         lines.push("the configuration is valid; nothing was run".into());
         lines.join("\n") + "\n"
     }

@@ -1,11 +1,15 @@
 //! From a scene to results: builds the model, runs the analysis, records it.
 
+mod advice;
 mod build;
 mod checkpoint;
 mod columns;
 mod facts;
+mod point;
 mod recorder;
 mod snapshot;
+mod symmetry;
+mod templates;
 
 use crate::clock::Clock;
 use crate::config::{Input, Source};
@@ -24,8 +28,11 @@ use crate::solve::settings::PartitionerKind;
 use crate::solve::state::AnalysisState;
 use crate::solve::step::Analysis;
 use build::{Built, build};
+pub use point::point;
 use recorder::Recorder;
+use std::io::Write;
 use std::rc::Rc;
+pub use templates::{TEMPLATES, init};
 
 /// What to do with a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,8 +95,44 @@ pub fn print_versions(world: &World) -> Result<(), Error> {
     Ok(())
 }
 
+/// Collective. Prints a text that the root makes; a reader that has seen enough is no failure.
+///
+/// # Errors
+/// What the root could not do; the other ranks know nothing of it, as it is the last that they do.
+pub fn print(world: &World, text: impl FnOnce() -> Result<String, Error>) -> Result<(), Error> {
+    if !world.is_root() {
+        return Ok(());
+    }
+    let text = text()?;
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Error::System(format!("standard output: {error}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The JSON Schema of a configuration, as text.
+pub fn schema_text() -> String {
+    format!("{:#}\n", crate::config::schema())
+}
+
+/// Collective. The root reads a configuration and the files that it names; every rank has the same.
+///
+/// # Errors
+/// The configuration cannot be read.
+pub fn read_input(world: &World, file: &str, overrides: &[String]) -> Result<Input, Error> {
+    let text = if world.is_root() {
+        encode_input(Input::from_disk(file, overrides))
+    } else {
+        String::new()
+    };
+    decode_input(&world.broadcast_text(&text))
+}
+
 /// What the root read, as text for the other ranks.
-pub fn encode_input(input: Result<Input, Vec<Problem>>) -> String {
+fn encode_input(input: Result<Input, Vec<Problem>>) -> String {
     serde_json::to_string(&input).expect("texts and numbers can be written")
 }
 
@@ -97,7 +140,7 @@ pub fn encode_input(input: Result<Input, Vec<Problem>>) -> String {
 ///
 /// # Errors
 /// What was wrong with the file.
-pub fn decode_input(text: &str) -> Result<Input, Error> {
+fn decode_input(text: &str) -> Result<Input, Error> {
     let input: Result<Input, Vec<Problem>> = serde_json::from_str(text)
         .map_err(|error| Error::System(format!("broadcast of the configuration: {error}")))?;
     input.map_err(Error::Configuration)
@@ -112,8 +155,7 @@ fn perform<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
 ) -> Result<(), Error> {
     let built = build::<C, D, N>(world, scene, source)?;
     match task {
-        Task::Check if world.is_root() => print!("{}", built.describe(scene)),
-        Task::Check => {}
+        Task::Check => print(world, || Ok(built.describe(scene)))?,
         Task::Run { quiet, restart } => run(world, scene, source, built, quiet, restart, clock)?,
     }
     Ok(())

@@ -24,6 +24,16 @@ enum CommandName {
     Run(RunArguments),
     /// Read and validate a configuration, print what would be solved; nothing is run
     Check(CheckArguments),
+    /// Drive one material along a path of deformation, print what it answers as CSV
+    Point(CheckArguments),
+    /// Print the JSON Schema of a configuration
+    Schema,
+    /// List templates of configurations, or write one into the current folder
+    Init {
+        /// Template; without one they are listed
+        #[arg(value_name = "TEMPLATE")]
+        template: Option<String>,
+    },
 }
 
 /// Arguments of a run.
@@ -49,7 +59,7 @@ pub struct RunArguments {
     pub petsc_options: Vec<String>,
 }
 
-/// Arguments of a check.
+/// Arguments of what reads a configuration and writes no files.
 #[derive(Clone, Debug, PartialEq, Eq, Args)]
 pub struct CheckArguments {
     /// Configuration (YAML)
@@ -65,6 +75,10 @@ pub struct CheckArguments {
 pub enum Command {
     Run(RunArguments),
     Check(CheckArguments),
+    Point(CheckArguments),
+    Schema,
+    /// List templates, or write the named one.
+    Init(Option<String>),
     /// Print versions.
     Version,
 }
@@ -115,6 +129,18 @@ pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Command, E
             command: Some(CommandName::Check(check)),
             ..
         } => Ok(Command::Check(check)),
+        CommandLine {
+            command: Some(CommandName::Point(point)),
+            ..
+        } => Ok(Command::Point(point)),
+        CommandLine {
+            command: Some(CommandName::Schema),
+            ..
+        } => Ok(Command::Schema),
+        CommandLine {
+            command: Some(CommandName::Init { template }),
+            ..
+        } => Ok(Command::Init(template)),
         CommandLine {
             command: None,
             run: None,
@@ -173,6 +199,13 @@ mod tests {
             ("a.yaml", ["x=1".to_owned()].as_slice())
         );
         assert_eq!(read("mpm-petsc --version"), Ok(Command::Version));
+        assert_eq!(read("mpm-petsc point a.yaml --set x=1"), Ok(Command::Point(check)));
+        assert_eq!(read("mpm-petsc schema"), Ok(Command::Schema));
+        assert_eq!(read("mpm-petsc init"), Ok(Command::Init(None)));
+        assert_eq!(
+            read("mpm-petsc init slope"),
+            Ok(Command::Init(Some("slope".to_owned())))
+        );
     }
 
     #[test]
@@ -190,6 +223,9 @@ mod tests {
             "mpm-petsc a.yaml -ksp_type gmres",
             "mpm-petsc --version a.yaml",
             "mpm-petsc check a.yaml -- -log_view",
+            "mpm-petsc point",
+            "mpm-petsc init a b",
+            "mpm-petsc schema a.yaml",
         ];
         for line in wrong {
             let exit = read(line).expect_err(line);

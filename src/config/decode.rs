@@ -9,6 +9,7 @@ use super::nearest::{did_you_mean, nearest};
 use super::path::{Path, Step};
 use super::source::Source;
 use super::tree::{Entry, MAXIMUM_PROBLEMS, Node, Place, Value, shorten};
+use crate::material::spec::KeyProblem;
 use crate::problem::Problem;
 use serde::de::value::StrDeserializer;
 use serde::de::{self, DeserializeOwned, DeserializeSeed, IntoDeserializer, Visitor};
@@ -35,12 +36,30 @@ impl Findings {
         }
     }
 
+    /// Adds what is wrong with the keys of the material at a path.
+    pub fn add_keys(&mut self, source: &Source, path: &Path, problems: Vec<KeyProblem>) {
+        for problem in problems {
+            let place = if problem.key.is_empty() {
+                path.clone()
+            } else {
+                path.key(problem.key)
+            };
+            self.add(source, &place, problem.message, problem.expected);
+        }
+    }
+
     /// Adds a problem that spoils the value at a path.
     fn push(&mut self, problem: Problem, spoiled: Path) {
         if !self.full() {
             self.problems.push(problem);
             self.unsound.push(spoiled);
         }
+    }
+
+    /// Puts the problems in order: overrides first, then by line.
+    pub fn sort(&mut self) {
+        self.problems
+            .sort_by_key(|problem| (problem.file != "--set", problem.place));
     }
 
     /// Whether so much is wrong that no more is looked for.

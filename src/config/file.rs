@@ -5,14 +5,16 @@
 
 use super::decode::SCALAR_OR;
 use crate::material::spec::MaterialKeys;
-use serde::de::{Deserializer, Visitor};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::{Deserializer, IgnoredAny, Visitor};
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::marker::PhantomData;
 
 /// A configuration.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ConfigFile {
     /// What the run is about; shown in its output.
@@ -49,10 +51,12 @@ pub struct ConfigFile {
     /// What the run writes, and where.
     #[serde(default)]
     pub output: OutputKeys,
+    /// A path of deformation for `mpm-petsc point`; a run passes over it.
+    pub path: Option<PathKeys>,
 }
 
 /// Kinematics, continuum and method.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ModelKeys {
     /// Plane strain has two coordinates and a thickness of 1 m.
@@ -65,14 +69,14 @@ pub struct ModelKeys {
     pub method: MethodName,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum KinematicsName {
     PlaneStrain,
     ThreeDimensional,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ContinuumName {
     /// Displacement only.
@@ -82,7 +86,7 @@ pub enum ContinuumName {
     Micropolar,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MethodName {
     /// Material points on a background grid.
@@ -93,7 +97,7 @@ pub enum MethodName {
 }
 
 /// The background grid, aligned with the axes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GridKeys {
     /// Lowest corner [m], one number per axis.
@@ -111,7 +115,7 @@ pub struct GridKeys {
     pub follow_face: Option<FaceName>,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum BasisName {
     /// Hat functions at the centres of the points (standard MPM).
@@ -132,7 +136,7 @@ pub enum BasisName {
 }
 
 /// A body of one material: it has a `shape`, or with `method: fem` a `mesh`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BodyKeys {
     /// Name for selections and output; each body has its own.
@@ -154,7 +158,7 @@ pub struct BodyKeys {
 ///
 /// In `boundary` and selections its faces are `x_min` to `z_max` along its own first, second and third axis: x, y, z of a
 /// box; of a ring sector the angle from `from_angle` to `to_angle`, the radius, and the axis of the ring.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshKeys {
     /// A box.
@@ -166,7 +170,7 @@ pub struct MeshKeys {
     pub cells: OneOrPerAxis<usize>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PlacementName {
     /// At the centres of equal parts of the cell.
@@ -176,7 +180,7 @@ pub enum PlacementName {
 }
 
 /// A change of properties where a shape holds.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RegionKeys {
     /// Points whose centre is inside are changed.
@@ -186,7 +190,7 @@ pub struct RegionKeys {
 }
 
 /// A condition on nodes of the grid or mesh (`face`), or by a penalty on material points (`selection`).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BoundaryKeys {
     /// Name for `output.history`; each condition that has one has its own.
@@ -216,7 +220,7 @@ pub struct BoundaryKeys {
 }
 
 /// A rigid platen.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RigidKeys {
     /// Translations in which it moves freely, as the mean of its points: some of `ux`, `uy`, `uz`, but not all.
@@ -225,7 +229,7 @@ pub struct RigidKeys {
 }
 
 /// What a penalty acts on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PenaliseName {
     /// The distance from the support since the condition began.
@@ -237,7 +241,7 @@ pub enum PenaliseName {
 /// A face of the grid by name, or a plane of its nodes.
 pub type FaceKeys = ScalarOr<FaceName, PlaneKeys>;
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FaceName {
     XMin,
@@ -251,7 +255,7 @@ pub enum FaceName {
 }
 
 /// A plane of nodes of the grid.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PlaneKeys {
     /// Normal of the plane.
@@ -260,7 +264,7 @@ pub struct PlaneKeys {
     pub at: f64,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum AxisName {
     X,
@@ -269,7 +273,7 @@ pub enum AxisName {
 }
 
 /// A load: exactly one of `specific_weight`, `gravity`, `force`, `couple` and `pressure`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LoadKeys {
     /// Name for `load_factor` and for selections; each load that has one has its own.
@@ -291,7 +295,7 @@ pub struct LoadKeys {
 }
 
 /// A set of material points, found in the initial state; or a face of a mesh.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SelectionKeys {
     /// The point nearest to a position [m].
@@ -310,7 +314,7 @@ pub enum SelectionKeys {
 }
 
 /// The points of a body that lie farthest in a direction: either `face` or `direction`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LayerKeys {
     /// Name of the body.
@@ -323,7 +327,7 @@ pub struct LayerKeys {
 
 /// The points of a body that have no neighbour of the same body in some direction: the surface of the union of their
 /// domains. A curved surface is one of steps, whose areas have the right sums. Not of a mesh, nor of points from a file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceKeys {
     /// Name of the body.
@@ -333,7 +337,7 @@ pub struct SurfaceKeys {
 }
 
 /// A region of space. A point on its boundary counts as outside, a node as inside.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ShapeKeys {
     Box(BoxKeys),
@@ -352,7 +356,7 @@ pub enum ShapeKeys {
 }
 
 /// A box, aligned with the axes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BoxKeys {
     /// Lowest corner [m], one number per axis.
@@ -362,7 +366,7 @@ pub struct BoxKeys {
 }
 
 /// A ball; a disc in plane strain.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BallKeys {
     /// Centre [m], one number per axis.
@@ -372,7 +376,7 @@ pub struct BallKeys {
 }
 
 /// A circular cylinder; in plane strain a disc, and then `axis`, `min` and `max` are not given.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CylinderKeys {
     /// Axis of the cylinder.
@@ -388,7 +392,7 @@ pub struct CylinderKeys {
 }
 
 /// A sector of a ring; in plane strain `axis`, `min` and `max` are not given.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RingSectorKeys {
     /// Axis of the ring.
@@ -411,7 +415,7 @@ pub struct RingSectorKeys {
 }
 
 /// A polygon in the plane of x and y; in three dimensions extruded from `min` to `max`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PolygonKeys {
     /// Corners `[x, y]` in order [m], three or more.
@@ -423,7 +427,7 @@ pub struct PolygonKeys {
 }
 
 /// Material points read from a file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PointsKeys {
     /// CSV file, relative to the configuration: position, volume, half-lengths of the domain (`x, y, volume, lx, ly`, or
@@ -432,7 +436,7 @@ pub struct PointsKeys {
 }
 
 /// A stage of the analysis.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StageKeys {
     /// Name for `stage` of boundaries and loads; each stage has its own.
@@ -450,7 +454,7 @@ pub struct StageKeys {
 ///
 /// The next step is as many times as long as the last as `target_iterations` are more than the last one took, by a factor
 /// of 2 at most. A step that fails is halved.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AdaptiveKeys {
     /// Longest step as a share of the stage, at least that of an equal step, 1/`steps`, and at most 1.
@@ -470,7 +474,7 @@ fn default_halvings() -> u32 {
 }
 
 /// Tolerances and the choice of solver.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SolverKeys {
     /// Out-of-balance force over external and support force, > 0 and < 1.
@@ -503,14 +507,14 @@ impl Default for SolverKeys {
     }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SolverMethodName {
     Auto,
     Direct,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum PartitionerName {
     Auto,
@@ -520,7 +524,7 @@ pub enum PartitionerName {
 }
 
 /// Remedies for cells that hold little material.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct StabilisationKeys {
     /// Ghost penalty on faces of cells at the edge of the body.
@@ -528,7 +532,7 @@ pub struct StabilisationKeys {
 }
 
 /// Ghost penalty.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GhostKeys {
     /// Factor for translations, gamma_g1 [Pa], >= 0.
@@ -540,7 +544,7 @@ pub struct GhostKeys {
     pub scaling: GhostScalingName,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum GhostScalingName {
     /// h^3 / 3, as printed by O'Hare (2025).
@@ -551,7 +555,7 @@ pub enum GhostScalingName {
 }
 
 /// Problems with a known solution.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct VerificationKeys {
     /// Loads the body for the sine-product solution of O'Hare (2025), section 3.5.1, and writes how far the run is from it
@@ -562,7 +566,7 @@ pub struct VerificationKeys {
 
 /// The sine-product solution: every component of displacement and rotation vector is
 /// `amplitude sin(2 pi x) sin(2 pi y) sin(2 pi z)` of the reference position.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ManufacturedKeys {
     /// Amplitude [m, rad], > 0: a number or a simple fraction.
@@ -575,7 +579,7 @@ fn default_amplitude() -> String {
 }
 
 /// What the run writes, and where.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OutputKeys {
     /// Result folder; `results/NAME_OF_THE_FILE` unless set.
@@ -589,7 +593,7 @@ pub struct OutputKeys {
 }
 
 /// How often something is written.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EveryKeys {
     /// Number of steps between two of them, 1 or more.
@@ -597,7 +601,7 @@ pub struct EveryKeys {
 }
 
 /// How often a checkpoint is written.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CheckpointKeys {
     /// Number of steps between two of them, 1 or more; 10 unless set. What a kill can cost is at most so many steps.
@@ -611,7 +615,7 @@ impl Default for CheckpointKeys {
 }
 
 /// A column of `history.csv`, or one per component: exactly one of the quantities.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HistoryKeys {
     /// Name of the column, before `_x`, `_y` of its components.
@@ -633,7 +637,7 @@ pub struct HistoryKeys {
 }
 
 /// A component of a named boundary.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BoundaryComponentKeys {
     /// Name of an entry of `boundary`.
@@ -643,7 +647,7 @@ pub struct BoundaryComponentKeys {
 }
 
 /// A field of the material points.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FieldName {
     Displacement,
@@ -672,6 +676,21 @@ pub enum ScalarOr<S, C> {
     Collection(C),
 }
 
+impl<S: JsonSchema, C: JsonSchema> JsonSchema for ScalarOr<S, C> {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        format!("{}Or{}", S::schema_name(), C::schema_name()).into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let (scalar, collection) = (generator.subschema_for::<S>(), generator.subschema_for::<C>());
+        json_schema!({ "anyOf": [scalar, collection] })
+    }
+}
+
 impl<'de, S: Deserialize<'de>, C: Deserialize<'de>> Deserialize<'de> for ScalarOr<S, C> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         deserializer.deserialize_newtype_struct(SCALAR_OR, ScalarOrVisitor(PhantomData))
@@ -695,4 +714,60 @@ impl<'de, S: Deserialize<'de>, C: Deserialize<'de>> Visitor<'de> for ScalarOrVis
     fn visit_some<D: Deserializer<'de>>(self, deserializer: D) -> Result<Self::Value, D::Error> {
         C::deserialize(deserializer).map(ScalarOr::Collection)
     }
+}
+
+/// The path of deformation of `mpm-petsc point`: end values that are reached linearly in `steps` steps (the deformation
+/// gradient from none, the wryness and the rotation vector from zero), or a `file` of states.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PathKeys {
+    /// Name of the material that is driven.
+    pub material: String,
+    /// That of `model` unless set.
+    pub kinematics: Option<KinematicsName>,
+    /// That of `model` unless set, or `micropolar`.
+    pub continuum: Option<ContinuumName>,
+    /// Number of equal steps, 1 to 1000000; not with a `file`.
+    pub steps: Option<usize>,
+    /// Deformation gradient at the end [-]: rows of 3 numbers, or of 2 in plane strain; none unless set.
+    pub deformation_gradient: Option<Vec<Vec<f64>>>,
+    /// Rotation vector at the end [rad]: 3 numbers, or in plane strain the angle about z; none unless set.
+    pub rotation: Option<OneOrPerAxis<f64>>,
+    /// Wryness at the end [1/m]: 3 rows of 3 numbers, in plane strain only `zx` and `zy` not zero; none unless set.
+    pub wryness: Option<Vec<Vec<f64>>>,
+    /// CSV file of states, relative to the configuration, with names in its first line: any of `F_xx` to `F_zz`, `rotation_x`
+    /// to `rotation_z` and `wryness_xx` to `wryness_zz`, the others as without deformation; further columns that `point`
+    /// prints are passed over.
+    pub file: Option<String>,
+}
+
+/// What `mpm-petsc point` reads of a configuration; the other keys of a scene may stand there.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PointFile {
+    #[serde(default, rename = "title")]
+    pub _title: String,
+    pub model: Option<ModelKeys>,
+    pub materials: BTreeMap<String, MaterialKeys>,
+    #[serde(default)]
+    pub solver: SolverKeys,
+    pub path: PathKeys,
+    #[serde(default, rename = "grid")]
+    pub _grid: IgnoredAny,
+    #[serde(default, rename = "bodies")]
+    pub _bodies: IgnoredAny,
+    #[serde(default, rename = "regions")]
+    pub _regions: IgnoredAny,
+    #[serde(default, rename = "boundary")]
+    pub _boundary: IgnoredAny,
+    #[serde(default, rename = "loads")]
+    pub _loads: IgnoredAny,
+    #[serde(default, rename = "stages")]
+    pub _stages: IgnoredAny,
+    #[serde(default, rename = "stabilisation")]
+    pub _stabilisation: IgnoredAny,
+    #[serde(default, rename = "verification")]
+    pub _verification: IgnoredAny,
+    #[serde(default, rename = "output")]
+    pub _output: IgnoredAny,
 }

@@ -3,7 +3,8 @@
 //! Only one rank reads files. It sends the [`Input`] to the others, and every rank makes the same scene of it.
 
 use super::decode::{Findings, decode};
-use super::file::{ConfigFile, ShapeKeys};
+use super::file::{ConfigFile, PointFile, ShapeKeys};
+use super::point::{self, PointTask};
 use super::source::Source;
 use super::{check, overrides, tree};
 use crate::problem::Problem;
@@ -78,10 +79,26 @@ impl Input {
         match scene {
             Some(scene) if findings.problems.is_empty() => Ok((scene, source)),
             _ => {
-                // Overrides first, then by line.
-                findings
-                    .problems
-                    .sort_by_key(|problem| (problem.file != "--set", problem.place));
+                findings.sort();
+                Err(findings.problems)
+            }
+        }
+    }
+
+    /// The material to drive and its path, as `mpm-petsc point` reads them.
+    ///
+    /// # Errors
+    /// Everything that is wrong, in the order of the file.
+    pub fn point(&self) -> Result<PointTask, Vec<Problem>> {
+        let (source, mut findings) = self.source()?;
+        let task = decode::<PointFile>(&source, &mut findings)
+            .ok()
+            .filter(|_| !findings.full())
+            .and_then(|file| point::check(&file, &source, &self.files, &mut findings));
+        match task {
+            Some(task) if findings.problems.is_empty() => Ok(task),
+            _ => {
+                findings.sort();
                 Err(findings.problems)
             }
         }
@@ -111,7 +128,8 @@ impl Input {
             Some(ShapeKeys::Points(keys)) => Some(self.files.resolve(&keys.file)),
             _ => None,
         });
-        files.collect()
+        let path = config.path.iter().filter_map(|path| path.file.as_ref());
+        files.chain(path.map(|name| self.files.resolve(name))).collect()
     }
 }
 

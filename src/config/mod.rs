@@ -1,7 +1,8 @@
 //! From the text of a user to a valid [`Scene`], with everything that is wrong found in one pass.
 //!
 //! In reading order: `tree` (YAML that knows its lines), `decode` (serde over it, going on after a problem), `file` (what
-//! may be typed), `check` (what makes sense), `input` (where the text comes from), `arguments` (the command line).
+//! may be typed), `check` (what makes sense), `input` (where the text comes from), `arguments` (the command line),
+//! `schema` (what editors and the manual are told of `file`).
 
 pub mod arguments;
 mod change;
@@ -12,12 +13,15 @@ mod input;
 mod nearest;
 mod overrides;
 mod path;
+pub mod point;
+mod schema;
 mod source;
 mod tree;
 mod write;
 
 pub use change::changes;
 pub use input::Input;
+pub use schema::schema;
 pub use source::Source;
 
 use crate::problem::Problem;

@@ -15,6 +15,7 @@ pub const DEFAULT_POINTS_OF_MESH: OneOrPerAxis<usize> = ScalarOr::Scalar(2);
 pub fn resolved(config: &ConfigFile, files: &Files, directory: &str) -> Value {
     let mut config = config.clone();
     config.output.directory = Some(directory.to_owned());
+    config.path = None;
     for body in &mut config.bodies {
         if let Some(ShapeKeys::Points(points)) = &mut body.shape {
             points.file = files.resolve(&points.file);

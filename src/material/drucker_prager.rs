@@ -196,6 +196,8 @@ struct Returned {
     wryness: Matrix3<f64>,
     chi: f64,
     branch: Branch,
+    /// Iterations of the local problem that found it.
+    iterations: usize,
 }
 
 impl DruckerPrager {
@@ -273,6 +275,14 @@ impl DruckerPrager {
             rate += point.force[(i, b)];
         }
         rate
+    }
+
+    /// The return of a trial state beyond the surface.
+    fn return_from(&self, trial: &Trial, trial_point: &StressPoint) -> Result<Returned, NoSolution> {
+        match self.components {
+            Components::Plane => self.respond_in::<PlaneSet, 10, 4, 4>(trial, trial_point),
+            Components::Space => self.respond_in::<SpaceSet, 19, 6, 9>(trial, trial_point),
+        }
     }
 
     fn respond_in<A: ActiveSet, const CONE: usize, const APEX: usize, const WRYNESS: usize>(
@@ -401,10 +411,7 @@ impl Material<Micropolar> for DruckerPrager {
             stress.couple = trial_point.couple;
             return require_finite(stress);
         }
-        let returned = match self.components {
-            Components::Plane => self.respond_in::<PlaneSet, 10, 4, 4>(&trial, &trial_point),
-            Components::Space => self.respond_in::<SpaceSet, 19, 6, 9>(&trial, &trial_point),
-        }?;
+        let returned = self.return_from(&trial, &trial_point)?;
         let state = PlasticState {
             inverse_plastic_deformation: trial.total_stretch_inverse * returned.stretch,
             plastic_wryness: strain.wryness - returned.wryness,
@@ -431,6 +438,17 @@ impl Material<Micropolar> for DruckerPrager {
             Components::Plane => self.moduli_in::<PlaneSet, 10, 4, 4, 6>(strain, old, &new, out),
             Components::Space => self.moduli_in::<SpaceSet, 19, 6, 9, 18>(strain, old, &new, out),
         }
+    }
+
+    fn local_iterations(&self, strain: &MicropolarStrain, old: &[f64]) -> usize {
+        let Ok(trial) = Trial::new(strain, old) else { return 0 };
+        let point = self.stress_point(&trial, &trial.stretch, &trial.wryness);
+        let excess = self.yield_value(&point, trial.old.chi);
+        if excess <= self.yield_tolerance(trial.old.chi, point.shear) {
+            return 0;
+        }
+        self.return_from(&trial, &point)
+            .map_or(0, |returned| returned.iterations)
     }
 }
 

@@ -4,6 +4,7 @@ mod active;
 #[cfg(test)]
 pub(crate) mod check;
 mod dense;
+pub mod driver;
 pub mod drucker_prager;
 pub mod elastic;
 pub mod hencky;
@@ -51,6 +52,10 @@ pub trait Material<C: Continuum>: Send + Sync {
     /// Consistent moduli at a strain whose response `new`, `stress` is known: no second return map.
     /// Overwrites the components that are active.
     fn moduli(&self, strain: &C::Strain, old: &[f64], new: &[f64], stress: &C::Stress, out: &mut C::Moduli);
+    /// How many iterations of its local problem the law takes to respond; none where the answer has a closed form.
+    fn local_iterations(&self, _strain: &C::Strain, _old: &[f64]) -> usize {
+        0
+    }
 }
 
 /// The classical law with these parameters, for a scene that can excite these components.

@@ -1,6 +1,7 @@
 //! Parameters of the laws: the keys that a user sets, and the resolved numbers that a law is built from.
 
 use crate::continuum::ContinuumKind;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Elastic moduli in the thesis' names (docs/theory.md). Without rotations all but the first two are zero.
@@ -58,8 +59,17 @@ pub enum MaterialSpec {
     Elastoplastic(ElasticModuli, PlasticParameters),
 }
 
+impl MaterialSpec {
+    /// The elastic part of the law.
+    pub fn elastic(&self) -> &ElasticModuli {
+        match self {
+            MaterialSpec::Elastic(moduli) | MaterialSpec::Elastoplastic(moduli, _) => moduli,
+        }
+    }
+}
+
 /// Names of the laws.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LawName {
     Elastic,
@@ -73,7 +83,7 @@ pub enum LawName {
 /// `bulk_modulus`. The rest of the elasticity and `plastic_length` belong to rotations, which a classical continuum does
 /// not have. Coupling: `coupling_modulus` or `coupling_number`. Curvature: `bending_length` with
 /// `bounded_stiffness`, or `bending_length`, `torsion_length` and `polar_ratio`, or `alpha`, `beta` and `gamma`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialKeys {
     /// Constitutive law.

@@ -1,135 +1,26 @@
-//! The keys of a configuration, read from the structs that receive them: names, types, defaults and doc comments.
+//! The page of keys, made of the JSON Schema of a configuration: names, types, defaults and descriptions.
 
-use std::collections::BTreeMap;
+use serde_json::Value;
 use std::fmt::Write as _;
 
-/// A struct or enum of the configuration.
-struct Item {
-    doc: String,
-    /// Whether every field has the default of `impl Default`.
-    all_default: bool,
-    is_enum: bool,
-    /// How the variants of an enum are spelled: `snake_case` or `lowercase`.
-    spelling: String,
-    members: Vec<Member>,
-}
+/// The schema of the whole configuration.
+pub struct Keys(pub Value);
 
-/// A field or a variant.
-struct Member {
-    name: String,
-    /// Type of a field, payload of a variant; empty for a plain word.
-    kind: String,
-    doc: String,
-    default: Default,
-}
-
-enum Default {
-    None,
-    /// `#[serde(default)]`, or the default variant.
-    OfType,
-    Function(String),
-}
-
-/// Types by name, aliases, and the numbers of default functions and `impl Default`.
-pub struct Keys {
-    items: BTreeMap<String, Item>,
-    aliases: BTreeMap<String, String>,
-    values: BTreeMap<String, String>,
+/// A key of a section, or one of its choices.
+struct Member<'a> {
+    name: &'a str,
+    schema: &'a Value,
+    required: bool,
+    doc: &'a str,
 }
 
 impl Keys {
-    /// Reads the structs, enums and aliases of source files.
-    pub fn read(sources: &[&str]) -> Self {
-        let mut keys = Self {
-            items: BTreeMap::new(),
-            aliases: BTreeMap::new(),
-            values: BTreeMap::new(),
-        };
-        sources.iter().for_each(|source| keys.read_source(source));
-        keys
-    }
-
-    fn read_source(&mut self, source: &str) {
-        let (mut doc, mut attributes) = (Vec::new(), String::new());
-        let mut lines = source.lines();
-        while let Some(line) = lines.next() {
-            if let Some(text) = line.strip_prefix("///") {
-                doc.push(text.trim().to_owned());
-            } else if line.starts_with("#[") {
-                attributes += line;
-            } else {
-                let block = || line.trim_end_matches(" {").split([' ', '<', '(']).collect::<Vec<_>>();
-                if line.starts_with("pub struct ") || line.starts_with("pub enum ") {
-                    let name = block()[2].to_owned();
-                    let is_enum = line.starts_with("pub enum ");
-                    let members = members(lines.by_ref().take_while(|line| *line != "}"));
-                    let spelling = if attributes.contains("lowercase") {
-                        "lowercase"
-                    } else {
-                        "snake_case"
-                    };
-                    let all_default = attributes.contains("deny_unknown_fields, default");
-                    let doc = doc.join(" ").trim().to_owned();
-                    let spelling = spelling.to_owned();
-                    let item = Item {
-                        doc,
-                        all_default,
-                        is_enum,
-                        spelling,
-                        members,
-                    };
-                    self.items.insert(name, item);
-                } else if let Some((name, kind)) =
-                    line.strip_prefix("pub type ").and_then(|rest| rest.split_once(" = "))
-                {
-                    self.aliases
-                        .insert(name.to_owned(), kind.trim_end_matches(';').to_owned());
-                } else if let Some(name) = line.strip_prefix("impl Default for ") {
-                    self.read_defaults(
-                        name.trim_end_matches(" {"),
-                        lines.by_ref().take_while(|line| *line != "}"),
-                    );
-                } else if let Some(name) = line.strip_prefix("fn default_") {
-                    let value = lines.next().unwrap_or_default().trim().to_owned();
-                    self.values
-                        .insert(format!("default_{}", name.split('(').next().unwrap_or("")), value);
-                }
-                (doc, attributes) = (Vec::new(), String::new());
-            }
-        }
-    }
-
-    fn read_defaults<'a>(&mut self, name: &str, lines: impl Iterator<Item = &'a str>) {
-        for line in lines {
-            if let Some((key, value)) = line.trim().trim_end_matches(',').split_once(": ") {
-                self.values.insert(format!("{name}.{key}"), value.to_owned());
-            }
-        }
-    }
-
-    /// Names of all keys, for a check that a page has them.
-    pub fn names(&self) -> Vec<String> {
-        let spell = |item: &Item, member: &Member| {
-            if item.is_enum {
-                spelled(&member.name, &item.spelling)
-            } else {
-                member.name.clone()
-            }
-        };
-        let typed = |name: &str| name.ends_with("Keys") || name.ends_with("Name") || name == "ConfigFile";
-        self.items
-            .iter()
-            .filter(|(name, _)| typed(name))
-            .flat_map(|(_, item)| item.members.iter().map(|member| spell(item, member)))
-            .collect()
-    }
-
-    /// Sections of Markdown in reading order, from the struct of the whole configuration.
+    /// Sections of Markdown in reading order: what belongs to a section follows it.
     ///
     /// # Panics
     /// Where a key has no description.
-    pub fn page(&self, root: &str) -> String {
-        let mut sections = vec![root.to_owned()];
+    pub fn page(&self) -> String {
+        let mut sections = vec![String::new()];
         let mut page = String::new();
         let mut next = 0;
         while next < sections.len() {
@@ -139,215 +30,211 @@ impl Keys {
             page += &text;
             found.retain(|name| !sections.contains(name));
             found.dedup();
-            // What belongs to a section follows it.
             sections.splice(next..next, found);
         }
         page
     }
 
+    /// Names of all keys and words.
+    pub fn names(&self) -> Vec<String> {
+        let definitions = self.0["$defs"].as_object().expect("the schema has definitions");
+        let items = std::iter::once(&self.0).chain(definitions.values());
+        let names = items.flat_map(|item| {
+            let members = members(item).into_iter().map(|member| member.name.to_owned());
+            members.chain(words(item).into_iter().map(|(word, _)| word.to_owned()))
+        });
+        names.collect()
+    }
+
+    /// A definition by its name; the whole configuration has none.
+    fn item(&self, name: &str) -> &Value {
+        match name {
+            "" => &self.0,
+            _ => &self.0["$defs"][name],
+        }
+    }
+
     fn section(&self, name: &str) -> (String, Vec<String>) {
-        let item = &self.items[name];
+        let item = self.item(name);
+        let choice = item.get("oneOf").is_some();
         let mut found = Vec::new();
-        let mut text = format!("\n## {}\n\n{}\n\n", heading(name), cell(&item.doc));
-        text += if item.is_enum {
+        let mut text = format!("\n## {}\n\n{}\n\n", heading(name), cell(description(item)));
+        text += if choice {
             "One of these keys:\n\n| key | value | meaning |\n|---|---|---|\n"
         } else {
             "| key | value | default | meaning |\n|---|---|---|---|\n"
         };
-        for member in &item.members {
-            let key = if item.is_enum {
-                spelled(&member.name, &item.spelling)
-            } else {
-                member.name.clone()
+        for member in members(item) {
+            let value = self.value(member.schema, &mut found);
+            // A choice without a description of its own is described by what it holds.
+            let held = reference(member.schema).map_or("", |held| description(self.item(held)));
+            let doc = match member.doc {
+                "" if choice => held,
+                doc => doc,
             };
-            let value = self.value(&member.kind, &mut found);
-            let doc = if item.is_enum && member.doc.is_empty() {
-                self.items
-                    .get(member.kind.as_str())
-                    .map_or("", |item| item.doc.as_str())
-            } else {
-                &member.doc
-            };
-            assert!(!doc.is_empty(), "{name}::{} has no description", member.name);
-            let default = if item.is_enum {
+            assert!(!doc.is_empty(), "{name}.{} has no description", member.name);
+            let default = if choice {
                 String::new()
             } else {
-                format!(" {} |", self.default(name, item, member))
+                format!(" {} |", default(&member))
             };
-            let doc = format!("{doc}{}", self.words(&member.kind));
-            writeln!(text, "| `{key}` | {value} |{default} {} |", cell(&doc)).expect("a text grows");
+            let doc = format!("{doc}{}", self.meanings(member.schema));
+            writeln!(text, "| `{}` | {value} |{default} {} |", member.name, cell(&doc)).expect("a text grows");
         }
         (text, found)
     }
 
-    /// What the words of an enum mean, where that is said.
-    fn words(&self, kind: &str) -> String {
-        let Some(item) = self.items.get(kind).filter(|item| item.is_enum) else {
+    /// What the words of a value mean, where that is said.
+    fn meanings(&self, schema: &Value) -> String {
+        let Some(name) = reference(schema) else {
             return String::new();
         };
-        let mut text = String::new();
-        for variant in &item.members {
-            if !variant.doc.is_empty() && variant.kind.is_empty() {
-                let word = spelled(&variant.name, &item.spelling);
-                write!(text, " `{word}`: {}", variant.doc).expect("a text grows");
-            }
-        }
-        text
+        let described = words(self.item(name)).into_iter().filter(|(_, doc)| !doc.is_empty());
+        described.fold(String::new(), |text, (word, doc)| format!("{text} `{word}`: {doc}"))
     }
 
     /// A type in words; sections that it refers to are added to `found`.
-    fn value(&self, kind: &str, found: &mut Vec<String>) -> String {
-        let kind = self.aliases.get(kind).map_or(kind, String::as_str);
-        let inner = |wrapper: &str| kind.strip_prefix(wrapper).and_then(|rest| rest.strip_suffix('>'));
-        if let Some(inner) = inner("Option<").or(inner("Box<")) {
-            return self.value(inner, found);
+    fn value(&self, schema: &Value, found: &mut Vec<String>) -> String {
+        if let Some(name) = reference(schema) {
+            let words = words(self.item(name));
+            if !words.is_empty() {
+                let quoted: Vec<_> = words.iter().map(|(word, _)| format!("`{word}`")).collect();
+                return quoted.join(", ");
+            }
+            found.push(name.to_owned());
+            let heading = heading(name).to_lowercase();
+            return format!("[{heading}](#{})", heading.replace(' ', "-"));
         }
-        if let Some(inner) = inner("OneOrPerAxis<") {
-            return format!("{}, or a list of one per axis", self.value(inner, found));
-        }
-        if let Some((scalar, other)) = inner("ScalarOr<").and_then(|inner| inner.split_once(", ")) {
-            return format!("{}, or {}", self.value(scalar, found), self.value(other, found));
-        }
-        if let Some(inner) = inner("Vec<") {
-            let inner = self.value(inner, found);
-            return format!("list of {}", if inner.contains("](") { inner } else { plural(&inner) });
-        }
-        if let Some(inner) = inner("BTreeMap<String, ") {
-            let inner = self.value(inner, found);
-            return format!("{} by name", if inner.contains("](") { inner } else { plural(&inner) });
-        }
-        match kind {
-            "f64" => "number".into(),
-            "usize" | "u32" => "whole number".into(),
-            "String" => "text".into(),
-            "bool" => "`true` or `false`".into(),
-            _ => {
-                let item = self
-                    .items
-                    .get(kind)
-                    .unwrap_or_else(|| panic!("the type {kind} is not known"));
-                if item.is_enum && item.members.iter().all(|variant| variant.kind.is_empty()) {
-                    let word = |variant: &Member| format!("`{}`", spelled(&variant.name, &item.spelling));
-                    item.members.iter().map(word).collect::<Vec<_>>().join(", ")
-                } else {
-                    found.push(kind.to_owned());
-                    format!(
-                        "[{}](#{})",
-                        heading(kind).to_lowercase(),
-                        heading(kind).to_lowercase().replace(' ', "-")
-                    )
+        if let Some(choices) = schema["anyOf"].as_array() {
+            let choices: Vec<_> = choices.iter().filter(|choice| choice["type"] != "null").collect();
+            return match choices.as_slice() {
+                [only] => self.value(only, found),
+                [one, list] if list["items"] == **one => {
+                    format!("{}, or a list of one per axis", self.value(one, found))
                 }
-            }
+                several => several
+                    .iter()
+                    .map(|choice| self.value(choice, found))
+                    .collect::<Vec<_>>()
+                    .join(", or "),
+            };
         }
-    }
-
-    fn default(&self, item_name: &str, item: &Item, member: &Member) -> String {
-        let bare = |value: &str| value.trim_end_matches(".to_owned()").trim_matches('"').to_owned();
-        let written = |value: &str| match value.rsplit_once("::") {
-            Some((kind, variant)) if self.items.contains_key(kind) => {
-                format!("`{}`", spelled(variant, &self.items[kind].spelling))
-            }
-            _ if value == "None" => "not set".into(),
-            _ if value == "String::new()" => "empty".into(),
-            _ => format!("`{}`", bare(value)),
+        let kind = match &schema["type"] {
+            Value::Array(kinds) => kinds[0].as_str(),
+            kind => kind.as_str(),
         };
-        if let Some(value) = self.values.get(&format!("{item_name}.{}", member.name)) {
-            return written(value);
-        }
-        match &member.default {
-            Default::Function(name) => written(&self.values[name]),
-            _ if member.kind.starts_with("Option<") => "not set".into(),
-            Default::None if !item.all_default => "required".into(),
-            _ => self.default_of_type(&member.kind),
-        }
-    }
-
-    fn default_of_type(&self, kind: &str) -> String {
-        match self.items.get(kind) {
-            Some(item) if item.is_enum => item
-                .members
-                .iter()
-                .find(|variant| matches!(variant.default, Default::OfType))
-                .map_or("required".into(), |variant| {
-                    format!("`{}`", spelled(&variant.name, &item.spelling))
-                }),
-            Some(_) => "as below".into(),
-            None => "empty".into(),
+        match kind.unwrap_or_else(|| panic!("a key of no known type: {schema}")) {
+            "array" => format!("list of {}", plural(self.value(&schema["items"], found))),
+            "object" => format!("{} by name", plural(self.value(&schema["additionalProperties"], found))),
+            "boolean" => "`true` or `false`".into(),
+            "integer" => "whole number".into(),
+            "string" => "text".into(),
+            other => other.to_owned(),
         }
     }
 }
 
-/// Fields or variants of a block, with their doc comments and defaults.
-fn members<'a>(lines: impl Iterator<Item = &'a str>) -> Vec<Member> {
-    let mut members = Vec::new();
-    let (mut doc, mut attributes) = (Vec::new(), String::new());
-    for line in lines.map(str::trim) {
-        if let Some(text) = line.strip_prefix("///") {
-            doc.push(text.trim());
-        } else if line.starts_with("#[") {
-            attributes += line;
-        } else if !line.is_empty() {
-            let line = line.trim_end_matches(',');
-            let (name, kind) = match (line.strip_prefix("pub "), line.split_once('(')) {
-                (Some(field), _) => field.split_once(": ").expect("a field has a type"),
-                (None, Some((variant, payload))) => (variant, payload.trim_end_matches(')')),
-                (None, None) => (line, ""),
-            };
-            let renamed = attributes
-                .split_once("rename = \"")
-                .and_then(|(_, rest)| rest.split('"').next());
-            let function = attributes
-                .split_once("default = \"")
-                .and_then(|(_, rest)| rest.split('"').next());
-            let default = match function {
-                Some(name) => Default::Function(name.to_owned()),
-                None if attributes.contains("default") => Default::OfType,
-                None => Default::None,
-            };
-            members.push(Member {
-                name: renamed.unwrap_or(name).to_owned(),
-                kind: kind.to_owned(),
-                doc: doc.join(" "),
-                default,
-            });
-            (doc, attributes) = (Vec::new(), String::new());
-        }
+/// Keys of a section, or its choices, in the order of the source.
+fn members(item: &Value) -> Vec<Member<'_>> {
+    let choices = item["oneOf"].as_array().map_or(&[][..], Vec::as_slice);
+    let members = std::iter::once(item).chain(choices).flat_map(|holder| {
+        let properties = holder["properties"].as_object().into_iter().flatten();
+        properties.map(move |(name, schema)| Member {
+            name,
+            schema,
+            required: is_required(holder, name),
+            // That of a choice stands beside its only key.
+            doc: match description(schema) {
+                "" => description(holder),
+                doc => doc,
+            },
+        })
+    });
+    members.collect()
+}
+
+/// Whether a key must be given, of the whole configuration for a run.
+fn is_required(holder: &Value, name: &str) -> bool {
+    let holder = holder["anyOf"].get(0).unwrap_or(holder);
+    holder["required"]
+        .as_array()
+        .is_some_and(|keys| keys.iter().any(|key| key == name))
+}
+
+/// The words that a value may be, with their descriptions; none for anything but words.
+fn words(item: &Value) -> Vec<(&str, &str)> {
+    let choices = item["oneOf"]
+        .as_array()
+        .map_or(std::slice::from_ref(item), Vec::as_slice);
+    let mut words = Vec::new();
+    for choice in choices {
+        let list = choice["enum"].as_array().into_iter().flatten();
+        let found = list.chain(choice.get("const")).filter_map(Value::as_str);
+        // The description of a plain list of words is that of the type.
+        let doc = if choice.get("const").is_some() {
+            description(choice)
+        } else {
+            ""
+        };
+        words.extend(found.map(|word| (word, doc)));
     }
-    members
+    words
+}
+
+/// The definition that a value refers to, set or not.
+fn reference(schema: &Value) -> Option<&str> {
+    let direct = match schema["anyOf"].as_array().map(Vec::as_slice) {
+        Some([only, null]) if null["type"] == "null" => only,
+        _ => schema,
+    };
+    direct["$ref"].as_str()?.strip_prefix("#/$defs/")
+}
+
+fn description(schema: &Value) -> &str {
+    schema["description"].as_str().unwrap_or("")
+}
+
+/// What holds where a key is not given.
+fn default(member: &Member) -> String {
+    match &member.schema["default"] {
+        _ if member.required => "required".into(),
+        Value::Null => "not set".into(),
+        Value::String(text) if !text.is_empty() => format!("`{text}`"),
+        Value::Object(keys) if !keys.is_empty() => "as below".into(),
+        value @ (Value::Number(_) | Value::Bool(_)) => format!("`{value}`"),
+        _ => "empty".into(),
+    }
 }
 
 /// `RingSectorKeys` as a heading: `Ring sector`.
 fn heading(name: &str) -> String {
-    if name == "ConfigFile" {
+    if name.is_empty() {
         return "The file".into();
     }
-    let words = spelled(name.trim_end_matches("Keys"), "snake_case").replace('_', " ");
-    let (first, rest) = words.split_at(1);
-    first.to_uppercase() + rest
-}
-
-/// The name of a variant as serde spells it.
-fn spelled(name: &str, spelling: &str) -> String {
-    let mut result = String::new();
-    for (position, letter) in name.chars().enumerate() {
-        if letter.is_uppercase() && position > 0 && spelling == "snake_case" {
-            result.push('_');
+    let mut words = String::new();
+    for letter in name.trim_end_matches("Keys").chars() {
+        if letter.is_uppercase() && !words.is_empty() {
+            words.push(' ');
         }
-        result.extend(letter.to_lowercase());
+        if words.is_empty() {
+            words.push(letter);
+        } else {
+            words.extend(letter.to_lowercase());
+        }
     }
-    result
+    words
 }
 
 /// Text for a cell of a table.
 fn cell(text: &str) -> String {
-    text.replace('|', "\\|").replace("  ", " ")
+    text.replace('|', "\\|").replace("\n\n", " ").replace('\n', " ")
 }
 
-/// `number` and `list of numbers` as `numbers` and `lists of numbers`.
-fn plural(words: &str) -> String {
+/// `number` and `list of numbers` as `numbers` and `lists of numbers`; links stay as they are.
+fn plural(words: String) -> String {
     match words.strip_prefix("list of ") {
+        _ if words.contains("](") => words,
         Some(rest) => format!("lists of {rest}"),
-        None if words == "text" => "texts".into(),
         None => format!("{words}s"),
     }
 }

@@ -6,7 +6,7 @@ use crate::config::nearest::{did_you_mean, nearest};
 use crate::config::path::Path;
 use crate::config::tree::shorten;
 use crate::grid::region::{Bounds, Shape, intersection};
-use crate::material::spec::{KeyProblem, MaterialKeys, MaterialSpec};
+use crate::material::spec::{MaterialKeys, MaterialSpec};
 use crate::points::seed::Region;
 use crate::scene::NamedMaterial;
 
@@ -49,20 +49,11 @@ impl Check<'_> {
                 return None;
             }
             let resolved = keys.resolve(self.continuum, config.solver.return_map_tolerance);
-            resolved.map_err(|problems| self.report_keys(&path, problems)).ok()
+            resolved
+                .map_err(|problems| self.findings.add_keys(self.source, &path, problems))
+                .ok()
         });
         specs.collect()
-    }
-
-    fn report_keys(&mut self, path: &Path, problems: Vec<KeyProblem>) {
-        for problem in problems {
-            let place = if problem.key.is_empty() {
-                path.clone()
-            } else {
-                path.key(problem.key)
-            };
-            self.report(&place, problem.message, problem.expected);
-        }
     }
 
     /// Regions, and the materials of the file followed by the variants that the regions make.

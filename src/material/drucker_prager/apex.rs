@@ -58,7 +58,7 @@ impl DruckerPrager {
         let couples = self.couples_at::<A, WRYNESS>(trial, 0.0)?;
         let mut state = self.apex_state(trial, &couples, &Matrix3::zeros());
         let mut last: Option<Factors<N>> = None;
-        for _ in 0..MOST_ITERATIONS {
+        for iterations in 0..MOST_ITERATIONS {
             if self.apex_converged(trial, &state) {
                 if let Some(factors) = &last {
                     let polished = self.apex_step::<A, N>(trial, &state, factors, 1.0);
@@ -66,7 +66,7 @@ impl DruckerPrager {
                         state = polished;
                     }
                 }
-                return self.accept_apex(trial, &state);
+                return self.accept_apex(trial, &state, iterations);
             }
             let factors = self.apex_system::<A, N>(&state, trial).factorise().ok_or(NoSolution {
                 what: "the local problem of the apex is singular",
@@ -81,7 +81,7 @@ impl DruckerPrager {
         })
     }
 
-    fn accept_apex(&self, trial: &Trial, state: &ApexState) -> Result<Returned, NoSolution> {
+    fn accept_apex(&self, trial: &Trial, state: &ApexState, iterations: usize) -> Result<Returned, NoSolution> {
         let volume_flow = state.flow.trace();
         let deviatoric = state.flow - Matrix3::from_diagonal_element(volume_flow / 3.0);
         let shear_flow = self.equivalent_flow(&deviatoric, &state.couples);
@@ -103,6 +103,7 @@ impl DruckerPrager {
             wryness: Matrix3::zeros(),
             chi: trial.old.chi + state.multiplier,
             branch: Branch::Apex,
+            iterations,
         })
     }
 

@@ -78,7 +78,7 @@ impl DruckerPrager {
     ) -> Result<Returned, NoSolution> {
         let mut state = self.cone_state(trial, &start.stretch, &start.wryness, Amount::Ratio(start.ratio));
         let mut last: Option<Factors<N>> = None;
-        for _ in 0..MOST_ITERATIONS {
+        for iterations in 0..MOST_ITERATIONS {
             if self.cone_converged(trial, &state) {
                 if let Some(factors) = last.as_ref().filter(|_| !self.cone_is_sharp(&state)) {
                     let polished = self.cone_step::<A, N>(trial, &state, factors, 1.0, unknown);
@@ -86,7 +86,7 @@ impl DruckerPrager {
                         state = polished;
                     }
                 }
-                return accept_cone(trial, &state);
+                return accept_cone(trial, &state, iterations);
             }
             let rates = self.rates::<A>(trial, &state);
             last = self.cone_system::<A, N>(trial, &state, &rates).factorise();
@@ -462,13 +462,14 @@ fn moved_ratio(ratio: f64, change: f64) -> f64 {
     }
 }
 
-fn accept_cone(trial: &Trial, state: &ConeState) -> Result<Returned, NoSolution> {
+fn accept_cone(trial: &Trial, state: &ConeState, iterations: usize) -> Result<Returned, NoSolution> {
     if state.point.shear > 0.0 && state.multiplier > 0.0 {
         Ok(Returned {
             stretch: state.point.stretch,
             wryness: state.wryness,
             chi: trial.old.chi + state.multiplier,
             branch: Branch::Cone,
+            iterations,
         })
     } else {
         Err(NoSolution {

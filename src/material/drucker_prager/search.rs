@@ -67,7 +67,7 @@ impl DruckerPrager {
             below: None,
         };
         let mut y = start;
-        for _ in 0..MOST_LEVELS {
+        for levels in 1..=MOST_LEVELS {
             let Ok(level) = solve(y, &bracket.nearest(y).flow) else {
                 // Closer to a flow that is known.
                 y = 0.5 * (y + bracket.nearest(y).y);
@@ -75,7 +75,7 @@ impl DruckerPrager {
             };
             let tolerance = self.yield_tolerance(trial.old.chi + level.multiplier, level.point.shear);
             if level.y > 0.0 && level.yield_value.abs() <= 1e-2 * tolerance {
-                return Ok(returned(trial, &level));
+                return Ok(returned(trial, &level, levels));
             }
             if level.y == 0.0 && level.yield_value > 0.0 {
                 return Err(NoSolution {
@@ -89,7 +89,7 @@ impl DruckerPrager {
                 // Rounding allows no sharper value.
                 let best = bracket.best();
                 if best.y > 0.0 && best.yield_value.abs() <= tolerance {
-                    return Ok(returned(trial, best));
+                    return Ok(returned(trial, best, levels));
                 }
                 break;
             }
@@ -256,11 +256,12 @@ impl Bracket {
     }
 }
 
-fn returned(trial: &Trial, level: &Level) -> Returned {
+fn returned(trial: &Trial, level: &Level, iterations: usize) -> Returned {
     Returned {
         stretch: level.point.stretch,
         wryness: level.wryness,
         chi: trial.old.chi + level.multiplier,
         branch: Branch::Cone,
+        iterations,
     }
 }

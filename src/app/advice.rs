@@ -1,0 +1,204 @@
+//! What `check` estimates, and where a scene models more than it needs.
+
+use super::build::Built;
+use super::symmetry;
+use crate::condition::dirichlet::{Boundary, GridPlane};
+use crate::continuum::Fields;
+use crate::material::spec::MaterialSpec;
+use crate::points::seed::PointSource;
+use crate::scene::{Kinematics, LoadKind, Scene};
+
+/// Points in a cell from which on they are more than any integral needs.
+const MANY_POINTS: f64 = 1000.0;
+
+/// A cell that is this many times smaller than the internal length resolves nothing more.
+const FINE_CELLS: f64 = 20.0;
+
+/// Newton iterations of a step, as most scenes take.
+const ITERATIONS_PER_STEP: f64 = 5.0;
+
+/// What a direct solution takes, as an estimate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolverCost {
+    /// Memory of the factors and of the work on them [MB], all ranks together.
+    pub memory: f64,
+    /// Time of a factorisation on one rank [s].
+    pub seconds: f64,
+}
+
+impl SolverCost {
+    /// Nested dissection of a compact body with so many unknowns has `13 n log2 n` entries in its factors in the plane and
+    /// `55 n^(4/3)` in space, with 10 bytes an entry for all that MUMPS keeps: fitted to biaxial scenes of 2 583 to 39 123
+    /// unknowns and to cubes of 4 374 to 29 478 (docs/performance.md). A slender body in space takes a fraction of it.
+    pub fn of(unknowns: f64, dimension: usize) -> Self {
+        let (entries, seconds_per_entry) = match dimension {
+            2 => (13.0 * unknowns * unknowns.max(2.0).log2(), 1e-7),
+            _ => (55.0 * unknowns.powf(4.0 / 3.0), 2e-7),
+        };
+        Self {
+            memory: 10.0 * entries / 1e6,
+            seconds: entries * seconds_per_entry,
+        }
+    }
+}
+
+/// Lines about the size of a run: steps, memory of the solver, and the order of its time.
+pub fn estimates(unknowns: usize, points: u64, scene: &Scene) -> Vec<String> {
+    let dimension = scene.kinematics.dimension();
+    let cost = SolverCost::of(unknowns as f64, dimension);
+    let steps: usize = scene.stages.iter().map(|stage| stage.steps).sum();
+    let per_point = if dimension == 2 { 5e-6 } else { 2e-5 };
+    let per_iteration = cost.seconds + per_point * points as f64;
+    let seconds = per_iteration * ITERATIONS_PER_STEP * steps as f64;
+    let class = match seconds {
+        ..60.0 => "seconds",
+        ..3600.0 => "minutes",
+        ..86400.0 => "hours",
+        _ => "days",
+    };
+    vec![
+        format!("steps               {steps}"),
+        format!(
+            "solver memory       about {} MB in all (estimate for a direct solution of a compact body)",
+            cost.memory.max(1.0).round()
+        ),
+        format!("cost class          {class} (rough estimate for one rank)"),
+    ]
+}
+
+/// Where a scene models more than it needs, or resolves less than it says.
+pub fn advice<C: Fields<D, N>, const D: usize, const N: usize>(built: &Built<C, D, N>, scene: &Scene) -> Vec<String> {
+    let mut advice = Vec::new();
+    advice.extend(plane_strain_is_enough::<C, D, N>(scene));
+    advice.extend(rotations_are_idle(scene, &C::IS_TRANSLATION));
+    advice.extend(cells_and_lengths(scene));
+    advice.extend(too_many_points(built.points, built.active_cells));
+    advice.extend(symmetry::symmetric_halves(built, scene));
+    advice
+}
+
+/// Whether a component is held at zero at all nodes from the start on: everywhere, or on both faces of a grid that is one
+/// cell thick along an axis.
+fn held_everywhere(scene: &Scene, component: usize, axis: usize) -> bool {
+    let holding = scene
+        .boundaries
+        .iter()
+        .filter(|boundary| boundary.stage == 0 && boundary.fix.contains(&component))
+        .filter_map(Boundary::nodes);
+    let planes: Vec<_> = holding
+        .filter(|nodes| nodes.within.is_none())
+        .map(|nodes| nodes.plane)
+        .collect();
+    let on_plane = |index| {
+        let holds = |plane: &Option<GridPlane>| plane.is_some_and(|plane| plane.axis == axis && plane.index == index);
+        planes.iter().any(holds)
+    };
+    planes.contains(&None) || (scene.grid.cells[axis] == 1 && on_plane(0) && on_plane(1))
+}
+
+/// In space, an axis along which nothing can move.
+fn plane_strain_is_enough<C: Fields<D, N>, const D: usize, const N: usize>(scene: &Scene) -> Option<String> {
+    if scene.kinematics != Kinematics::ThreeDimensional {
+        return None;
+    }
+    let axis = (0..3).find(|&axis| out_of_plane::<N>(axis).all(|component| held_everywhere(scene, component, axis)))?;
+    let name = ["x", "y", "z"][axis];
+    Some(format!(
+        "nothing can move along {name}: kinematics: plane_strain gives the same with {} instead of {N} unknowns per node",
+        if N == 3 { 2 } else { 3 }
+    ))
+}
+
+/// Components that leave the plane across an axis: the translation along it, the rotations about the others.
+fn out_of_plane<const N: usize>(axis: usize) -> impl Iterator<Item = usize> {
+    let rotations = (3..N.min(6)).filter(move |component| component - 3 != axis);
+    std::iter::once(axis).chain(rotations)
+}
+
+/// Rotations that do not couple to displacements and that nothing drives.
+fn rotations_are_idle(scene: &Scene, is_translation: &[bool]) -> Option<String> {
+    let rotates = |&(component, _): &(usize, f64)| !is_translation[component];
+    let driven = scene
+        .boundaries
+        .iter()
+        .any(|boundary| boundary.moves.iter().any(rotates))
+        || scene
+            .loads
+            .iter()
+            .any(|load| matches!(load.kind, LoadKind::Couple { .. }))
+        || scene.manufactured.is_some();
+    let has_rotations = scene.continuum.has_rotations();
+    let coupled = scene
+        .materials
+        .iter()
+        .any(|material| material.spec.elastic().kappa > 0.0);
+    (has_rotations && !driven && !coupled).then(|| {
+        "the coupling modulus is zero and nothing drives rotations: they stay zero; \
+         continuum: classical has fewer unknowns per node"
+            .to_owned()
+    })
+}
+
+/// Cells beside the internal length of plastic materials with rotations.
+fn cells_and_lengths(scene: &Scene) -> Vec<String> {
+    let on_a_mesh = scene
+        .bodies
+        .iter()
+        .any(|body| matches!(body.points, PointSource::Mesh(_)));
+    if on_a_mesh || !scene.continuum.has_rotations() {
+        return Vec::new();
+    }
+    let edges = &scene.grid.cell_size[..scene.kinematics.dimension()];
+    let largest = edges.iter().copied().fold(0.0, f64::max);
+    let smallest = edges.iter().copied().fold(f64::INFINITY, f64::min);
+    let mut advice = Vec::new();
+    // Variants that regions make follow the materials of the file and have their lengths.
+    for material in scene
+        .materials
+        .iter()
+        .filter(|material| !material.name.contains(" in regions["))
+    {
+        let MaterialSpec::Elastoplastic(_, plastic) = &material.spec else {
+            continue;
+        };
+        let (name, length) = (&material.name, plastic.plastic_length);
+        if largest > length {
+            advice.push(format!(
+                "the cells of {largest} m are larger than the internal length of {name}, plastic_length {length} m: a shear \
+                 band is not resolved; its width then follows the cells"
+            ));
+        } else if smallest * FINE_CELLS < length {
+            advice.push(format!(
+                "the cells of {smallest} m are far smaller than the internal length of {name}, plastic_length {length} m: \
+                 larger ones resolve a shear band as well"
+            ));
+        }
+    }
+    advice
+}
+
+fn too_many_points(points: u64, active_cells: u64) -> Option<String> {
+    let per_cell = points as f64 / active_cells.max(1) as f64;
+    (per_cell >= MANY_POINTS).then(|| {
+        format!("there are {per_cell:.0} points per active cell: 2 to 4 points_per_cell along each axis are usual")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// MUMPS' own count of what it used, by `-ksp_view` (docs/performance.md).
+    #[test]
+    fn memory_is_estimated_within_a_factor_of_two() {
+        for (unknowns, dimension, measured) in [
+            (2_583.0, 2, 4.0),
+            (39_123.0, 2, 83.0),
+            (4_374.0, 3, 37.0),
+            (29_478.0, 3, 514.0),
+        ] {
+            let ratio = SolverCost::of(unknowns, dimension).memory / measured;
+            assert!((0.5..2.0).contains(&ratio), "{unknowns}: {ratio}");
+        }
+    }
+}
