@@ -108,14 +108,15 @@ def largest_difference(quantity, obtained, listed, source, relative, note=""):
     return Check(name, difference, source, high=relative, unit="%", scale=100.0, digits=2, note=note)
 
 
-def second_road(quantity, obtained, first, second, allowed, road):
+def second_road(quantity, obtained, first, second, allowed, road, note=""):
     """Check of a number without a reference: what another set-up of the same problem in this program gives.
 
-    `obtained` takes a run; `first` and `second` are scenes, `road` says how the second differs, and the difference is over
-    the number of the first.
+    `obtained` takes a run; `first` and `second` are scenes, `road` says how the second differs, and the difference is
+    over the number of the first.
     """
 
     def difference(runs):
         return obtained(runs[second]) / obtained(runs[first]) - 1.0
 
-    return Check(f"{quantity}, {road}: change", difference, ROADS, 0.0, absolute=allowed, unit="%", scale=100.0, digits=2)
+    name = f"{quantity}, {road}: change"
+    return Check(name, difference, ROADS, 0.0, absolute=allowed, unit="%", scale=100.0, digits=2, note=note)

@@ -81,8 +81,9 @@ def section_lines(section, numbers):
     """The lines of a section, and its numbers outside without a note."""
     lines = ["", f"## {section.title}", "", f"Source: {section.source}.", "", *paragraph(section.setup), "", "```sh"]
     ranks = "" if section.ranks == 2 else f" -n {section.ranks}"
-    commands = [f"./scripts/run.sh configs/{scene.split()[0]}.yaml{ranks}{overrides(scene)}" for scene in section.scenes]
-    lines += [*commands, "```", ""]
+    for scene in section.scenes:
+        lines.append(f"./scripts/run.sh configs/{scene.split()[0]}.yaml{ranks}{overrides(scene)}")
+    lines += ["```", ""]
     if numbers is None:
         return [*lines, "Not run yet."], []
     checks, notes, unexplained = table_of_checks(numbers["rows"])

@@ -41,8 +41,8 @@ def ridge_inclination(run):
 def axis_inclination(run, time=None):
     """Inclination of the band of a biaxial test as a whole [degrees from the horizontal].
 
-    That of the longer principal axis of the second moments of chi squared over the deformed volume: without a threshold,
-    and with a weight that leaves out what is not of the band.
+    That of the longer principal axis of the second moments of chi squared over the deformed volume: without a
+    threshold, and with a weight that leaves out what is not of the band.
     """
     _, position, fields, _ = run.points(time)
     weights = fields["chi"] ** 2 * fields["volume"]
