@@ -307,6 +307,14 @@ def curved_cantilever():
     )
 
 
+LATTICE_NOTE = (
+    "n layers of points of equal weight have 1 - 1/n^2 of the second moment of a section: 0.972 with the 6 layers of 3 "
+    "points a cell, 0.984 with the 8 layers of 4. That is a bending stiffness less by 1.2 %, about half of the "
+    "difference. The rest is put down to the curved edge, which the coarser lattice follows in larger steps; that is "
+    "not proved."
+)
+
+
 def curved_cantilever_study():
     scene = "study/curved_cantilever_0.5m"
     fewer = f"{scene} bodies.0.points_per_cell=3"
@@ -319,6 +327,7 @@ def curved_cantilever_study():
             fewer,
             0.01,
             "3 instead of 4 points a cell each way",
+            LATTICE_NOTE,
         )
     )
     checks += [
