@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy
 
-from .checks import Check, largest_difference, reference
+from .checks import Check, largest_difference, reference, second_road
 from .pictures import Curves, Points
 from .quantities import (
     axis_inclination,
@@ -95,7 +95,7 @@ def manufactured():
         "products of amplitude 1/30 are the exact displacement and rotation. 2 x 2 x 2 Gauss points a cell, one "
         "step."
     )
-    picture = Curves("manufactured", "Errors over the cells along an edge", "cells", "error", curves, marks, True)
+    picture = Curves("manufactured", "Errors over the cells along an edge", "cells", "error", curves, marks, True, 50.0)
     return Section(
         "manufactured",
         "Manufactured solution",
@@ -196,6 +196,16 @@ def plane_cantilever():
     )
 
 
+SINGULAR_REMARK = (
+    "Where the domain of one point reaches into an empty cell with a corner, three nodes have nine unknowns (18 in "
+    "space, on both sides of the cell) of which only the stresses of that point resist: three combinations (six) are "
+    "without stiffness, and the tangent is singular to round-off. It is so in four of the fifty steps of case (a). "
+    "They do not change the forces, but a direct solver leaves them at arbitrary size, and the next iteration may then "
+    "diverge: in space it did (relative residual of the linear solve 0.25), in plane strain it happened not to. The "
+    "scenes ask MUMPS to detect such pivots (`-mat_mumps_icntl_24 1`); a ghost penalty removes them as well."
+)
+
+
 def plane_cantilever_in_space():
     plane, space = "plane_cantilever_a", "study/plane_cantilever_a_3d"
     measure = numpy.hypot(*reference("plane_cantilever_a")["tip"])
@@ -213,8 +223,7 @@ def plane_cantilever_in_space():
     ]
     setup = (
         "Case (a) one cell of 1 m thick in three dimensions, with 4 x 4 x 4 points a cell and uz, rx and ry fixed "
-        "everywhere. It must give what plane strain gives, and does if the energy tolerance is not at the level of "
-        "round-off; what it costs is in [lean.md](lean.md)."
+        "everywhere. It must give what plane strain gives; what it costs is in [lean.md](lean.md)."
     )
     return Section(
         "plane_cantilever_in_space",
@@ -224,6 +233,7 @@ def plane_cantilever_in_space():
         [plane, space],
         checks,
         [],
+        remark=SINGULAR_REMARK,
     )
 
 
@@ -297,9 +307,29 @@ def curved_cantilever():
     )
 
 
+LATTICE_NOTE = (
+    "n layers of points of equal weight have 1 - 1/n^2 of the second moment of a section: 0.972 with the 6 layers of 3 "
+    "points a cell, 0.984 with the 8 layers of 4. That is a bending stiffness less by 1.2 %, about half of the "
+    "difference. The rest is put down to the curved edge, which the coarser lattice follows in larger steps; that is "
+    "not proved."
+)
+
+
 def curved_cantilever_study():
     scene = "study/curved_cantilever_0.5m"
+    fewer = f"{scene} bodies.0.points_per_cell=3"
     checks = arc_checks("0.5 m", scene, None, None)
+    checks.append(
+        second_road(
+            "0.5 m: length of the displacement",
+            lambda run: length(run, "tip_x", "tip_y", "tip_z")[-1],
+            scene,
+            fewer,
+            0.01,
+            "3 instead of 4 points a cell each way",
+            LATTICE_NOTE,
+        )
+    )
     checks += [
         Check(
             "processor time",
@@ -325,7 +355,7 @@ def curved_cantilever_study():
         "Curved cantilever, 0.5 m cells",
         "O'Hare et al. (2024), section 4.4, table 3",
         setup,
-        [scene],
+        [scene, fewer],
         checks,
         [picture],
         ranks=2,
@@ -366,9 +396,9 @@ def finite_elements(scenes, name, title, quick):
         for scene in scenes
     ]
     setup = (
-        "The curved cantilever by the same kernels on a mesh of trilinear hexahedra that moves with the body, 2 x 2 x 2 "
-        "Gauss points. They converge more slowly than material points on cells of the same size: 64 cells along the arc "
-        "miss a quarter of the deflection."
+        "The curved cantilever by the same kernels on a mesh of trilinear hexahedra that moves with the body, 2 x 2 x "
+        "2 Gauss points. They converge more slowly than material points on cells of the same size: 64 cells along the "
+        "arc miss a quarter of the deflection."
     )
     return Section(name, title, "O'Hare et al. (2024), section 4.4, table 2", setup, scenes, checks, [], quick=quick)
 
@@ -671,9 +701,12 @@ def classical_shear_layer():
 # Biaxial test ---------------------------------------------------------------------------------------------------------
 
 INCLINATION_NOTE = (
-    "The source does not say how it measures. The ridge of chi is steeper than its 50 degrees in the independent "
-    "implementation too (56.0 with its own measure and cells of 1.25 mm, 56.3 with 5 mm). The principal axis of the "
-    "points above half of the largest chi, in the next row, is another measure. Stress, chi and rotation agree."
+    "The ridge is measured between x = 7.5 and 22.5 mm, where the band is steepest: it leaves out the flat part at the "
+    "centre of the specimen, which the source sees too (the band curves from near-horizontal at the centre to "
+    "near-vertical at the edge). The independent implementation, whose stress, chi and rotation agree with these runs "
+    "to all digits, gives 56.0 degrees for its ridge. So the local tangent in the middle is steeper than the 50 "
+    "degrees of the source, and the inclination of the band as a whole, in the row before, is 50 degrees. The source "
+    "does not say how it measures."
 )
 
 
@@ -769,7 +802,16 @@ def biaxial():
             digits=4,
         ),
         Check(
-            "1.25 mm: inclination of the ridge of the band",
+            "1.25 mm: inclination of the band as a whole",
+            lambda runs: axis_inclination(runs[finest]),
+            f"{MICROPOLAR}: 50",
+            50.0,
+            absolute=4.0,
+            unit="degrees",
+            digits=3,
+        ),
+        Check(
+            "1.25 mm: inclination of the ridge in the middle of the band",
             lambda runs: ridge_inclination(runs[finest]),
             f"{MICROPOLAR}: 50",
             50.0,
@@ -778,16 +820,15 @@ def biaxial():
             digits=3,
             note=INCLINATION_NOTE,
         ),
+    ]
+    checks += [
         Check(
-            "1.25 mm: inclination of the principal axis of the band",
-            lambda runs: axis_inclination(runs[finest]),
-            f"{MICROPOLAR}: 50",
-            50.0,
-            absolute=4.0,
+            f"1.25 mm: inclination of the band as a whole at {20 * time:.0f} % of nominal strain",
+            lambda runs, time=time: axis_inclination(runs[finest], time),
             unit="degrees",
             digits=3,
-            note=INCLINATION_NOTE,
-        ),
+        )
+        for time in (0.4, 0.6, 0.8)
     ]
 
     def marks(expected, stride):
@@ -807,9 +848,10 @@ def biaxial():
         Points("biaxial_rotation", "Cells of 1.25 mm: rotation", finest, "rotation", "z"),
     ]
     setup = (
-        "A quarter of a block of dilatant soil (friction 30, dilatancy 10 degrees, internal length 2 mm), 50 x 100 "
-        "mm, is shortened by a fifth between rough platens; the grid follows the platen, and a ghost penalty "
-        "supports cells at the edge. Stress is the force of the platen over 25 mm."
+        "A quarter of a block of dilatant soil (friction 30, dilatancy 10 degrees, internal length 2 mm), 50 x 100 mm, "
+        "is shortened by a fifth between rough platens; the grid follows the platen, and a ghost penalty supports "
+        "cells at the edge. The finest cells, 1.25 mm, are 0.625 internal lengths, as in the source. Stress is the "
+        "force of the platen over 25 mm."
     )
     return Section(
         "biaxial",
@@ -819,69 +861,85 @@ def biaxial():
         list(scenes.values()),
         checks,
         pictures,
-        remark=RIDGE_REMARK,
+        remark=INCLINATION_REMARK,
     )
 
 
-RIDGE_REMARK = (
-    "Inclinations are measured in the deformed state at the end, from the horizontal. Ridge: in strips of 2.5 mm "
-    "between x = 7.5 and 22.5 mm the mean position, weighted with chi, of the points above nine tenths of the "
-    "strip's largest chi; a straight line through these by least squares. Principal axis: of all points above half "
-    "of the largest chi, weighted with chi."
+INCLINATION_REMARK = (
+    "Inclinations are measured in the deformed state, which is what the source draws, at the end where nothing else is "
+    "said, from the horizontal. Band as a whole: the longer principal axis of the second moments of chi squared over "
+    "the volume. Ridge: in strips of 2.5 mm between x = 7.5 and 22.5 mm the mean position, weighted with chi, of the "
+    "points above nine tenths of the strip's largest chi; a straight line through these by least squares. Chi alone as "
+    "weight, or only the points above 0.3 to 0.5 of the largest chi, change the inclination of the whole by 2 degrees "
+    "at most. The band turns shallower while the block is shortened."
 )
-APEX_NOTE = (
-    "The run ends before the full shortening with exit code 3: at points in tension near the apex of the cone the "
-    "return map fails however small the step. What is compared is the state it reached."
+
+
+PLATEN_NOTE = (
+    "With 20 degrees the stress rises again near the end, in the source too: points at the upper end of the band are "
+    "squeezed into the uppermost cells, where the platen acts on them. When that begins depends on the steps, and more "
+    "so on the cells: on those of 5 mm the stress never falls, and its largest value is that at the end."
 )
+INCLINATIONS = {"band as a whole": axis_inclination, "ridge": ridge_inclination}
 
 
 def biaxial_dilatancy():
     scenes = {0: "biaxial_dilatancy_0", 10: "biaxial", 20: "biaxial_dilatancy_20"}
     checks = [
         Check(
-            f"dilatancy {angle} degrees: inclination of the ridge of the band",
-            lambda runs, scene=scene: ridge_inclination(runs[scene]),
+            f"dilatancy {angle} degrees: inclination of the {name}",
+            lambda runs, scene=scene, measure=measure: measure(runs[scene]),
             f"{MICROPOLAR}: {said}",
             unit="degrees",
             digits=3,
         )
+        for name, measure in INCLINATIONS.items()
         for (angle, scene), said in zip(scenes.items(), ("about 45", "50", "55 to 60"))
     ]
     checks += [
         Check(
-            f"inclination with {high} degrees less that with {low} degrees",
-            lambda runs, low=low, high=high: (
-                ridge_inclination(runs[scenes[high]]) - ridge_inclination(runs[scenes[low]])
-            ),
+            f"inclination of the {name} with {high} degrees less that with {low} degrees",
+            lambda runs, low=low, high=high, measure=measure: measure(runs[scenes[high]]) - measure(runs[scenes[low]]),
             "steeper with the dilatancy angle",
             low=1.0,
             unit="degrees",
             digits=2,
         )
+        for name, measure in INCLINATIONS.items()
         for low, high in ((0, 10), (10, 20))
     ]
+    roads = {"steps": "stages.0.steps=200", "cells": "grid.cell_size=5e-3"}
+    names = {"steps": "steps of half the size", "cells": "cells of twice the size"}
+    # Largest changes by half the steps and by twice the cells. Those of cells are what the scenes of the section
+    # before, with a reference on 5 mm, show for 10 degrees: 15 % in the stress at the end, 23 % in chi_max.
+    allowed = {"stress at the end": (0.01, 0.2), "largest stress": (0.01, 0.1), "chi_max": (0.03, 0.3)}
+    quantities = {
+        "stress at the end": lambda run: biaxial_stress(run)[-1],
+        "largest stress": lambda run: biaxial_stress(run).max(),
+        "chi_max": lambda run: run.last("chi_max"),
+    }
     checks += [
         Check(
-            "dilatancy 0 degrees: stress at the end",
-            lambda runs: biaxial_stress(runs[scenes[0]])[-1],
-            unit="kPa",
-            scale=1e-3,
-        ),
-        Check(
-            "dilatancy 20 degrees: largest stress",
-            lambda runs: biaxial_stress(runs[scenes[20]]).max(),
-            unit="kPa",
-            scale=1e-3,
-        ),
-        Check(
-            "dilatancy 20 degrees: share of the shortening that is reached",
-            lambda runs: runs[scenes[20]].last("load_factor"),
-            "the whole",
-            1.0,
-            relative=1e-9,
-            digits=4,
-            note=APEX_NOTE,
-        ),
+            f"dilatancy {angle} degrees: {name}",
+            lambda runs, angle=angle, take=take: take(runs[scenes[angle]]),
+            **form,
+        )
+        for angle in (0, 20)
+        for (name, take), form in zip(quantities.items(), ({"unit": "kPa", "scale": 1e-3},) * 2 + ({},))
+    ]
+    checks += [
+        second_road(
+            f"dilatancy {angle} degrees: {name}",
+            take,
+            scenes[angle],
+            f"{scenes[angle]} {override}",
+            allowed[name][place],
+            names[road],
+            PLATEN_NOTE,
+        )
+        for angle in (0, 20)
+        for place, (road, override) in enumerate(roads.items())
+        for name, take in quantities.items()
     ]
     pictures = [
         Curves(
@@ -899,7 +957,7 @@ def biaxial_dilatancy():
         "Biaxial test: dilatancy",
         f"{MICROPOLAR}, section 4.5.1",
         setup,
-        list(scenes.values()),
+        [*scenes.values(), *(f"{scenes[angle]} {override}" for angle in (0, 20) for override in roads.values())],
         checks,
         pictures,
         remark="Inclinations are measured as in the section before; those of the source are rounded and not explained.",
@@ -909,6 +967,19 @@ def biaxial_dilatancy():
 # Wires, column --------------------------------------------------------------------------------------------------------
 
 WIRES = {size: f"copper_wire_{size}um" for size in (12, 15, 20, 30, 170)}
+
+
+def larger_steps(size):
+    """A wire in half as many steps."""
+    return f"{WIRES[size]} stages.0.steps=25"
+
+
+def larger_cells(size):
+    """A wire on cells of twice the size, with the same points."""
+    edge = 1e-6 * size
+    low, high = f"{-edge:.3g}", f"{edge:.3g}"
+    corners = f"grid.min=[{low},{low},{low}] grid.max=[{high},{high},{2.0 * edge:.3g}]"
+    return f"{WIRES[size]} grid.cells=[4,4,6] {corners} bodies.0.points_per_cell=4"
 
 
 def copper_wires():
@@ -943,6 +1014,18 @@ def copper_wires():
                 digits=4,
             )
         )
+    # Half the steps change the torque to first order in the step, 4 % of the twist; on twice the cells the section of a
+    # wire is 2 x 2 cells, and the torque may rise by what linear functions cannot follow.
+    checks += [
+        second_road(
+            f"{size} um: torque at the end", lambda run: run.last("torque"), scene, road(size), allowed, name
+        )
+        for road, allowed, name in (
+            (larger_steps, 0.01, "steps of twice the size"),
+            (larger_cells, 0.1, "cells of twice the size"),
+        )
+        for size, scene in WIRES.items()
+    ]
     curves = [
         (
             f"{size} um",
@@ -965,14 +1048,15 @@ def copper_wires():
     ]
     setup = (
         "Wires of radius a, as long as they are thick, are twisted between plates that hold them straight; von Mises "
-        "with an internal length of 3.7 um. There is no reference: the order is what is expected."
+        "with an internal length of 3.7 um. There is no reference: the order is what is expected, and each wire is run "
+        "with half as many steps and on a coarser grid as well."
     )
     return Section(
         "copper_wires",
         "Torsion of copper wires",
         f"{MICROPOLAR}, section 4.5.2, after Fleck et al. (1994)",
         setup,
-        list(WIRES.values()),
+        [*WIRES.values(), *map(larger_steps, WIRES), *map(larger_cells, WIRES)],
         checks,
         pictures,
     )
@@ -1025,12 +1109,13 @@ def column_collapse():
         "steps. Load control cannot pass a maximum of the load."
     )
     remark = (
-        "The run ends just before the maximum, where the return map fails at a point near the apex. "
-        "The source goes to about 20 kN/m3 and 0.45 m before its analysis breaks down; this is not reproduced. The "
-        "independent implementation, which prescribes the displacement of the corner and rounds the cone, finds a "
-        "maximum of 13.72 kN/m3 at 0.053 m and a falling branch behind it, and limit analysis with a matched "
-        "cohesion gives 13.0 kN/m3. Following the path past the maximum needs control by displacement, which the "
-        "program does not have."
+        "The run ends at the limit point: beyond it no state of rest carries the load, and the residual stays near 1 % "
+        "of it however small the step. The source goes to about 20 kN/m3 and 0.45 m before its analysis breaks down; "
+        "this is not reproduced. The independent implementation, which prescribes the displacement of the corner and "
+        "rounds the cone, finds a maximum of 13.72 kN/m3 at 0.053 m and a falling branch behind it (under load "
+        "control, with an exact return to the apex, it gets to 13.78), and limit analysis with a matched cohesion "
+        "gives 13.0 kN/m3. Following the path past the maximum needs control by displacement, which the program does "
+        "not have."
     )
     return Section(
         "column_collapse",
@@ -1124,7 +1209,9 @@ def column_error_curve():
         return [self_weight_error(runs[scene(basis, count)], 50.0, 800.0) for count in counts]
 
     expected = {
-        case["cells"]: case["error"] for case in reference("column_self_weight")["curve"] if case["youngs_modulus"] == 1e4
+        case["cells"]: case["error"]
+        for case in reference("column_self_weight")["curve"]
+        if case["youngs_modulus"] == 1e4
     }
     checks = [
         Check(
@@ -1135,6 +1222,15 @@ def column_error_curve():
             relative=0.01,
         )
         for count, error in expected.items()
+    ]
+    checks += [
+        Check(
+            f"{name}, {count} cells: error of the stress",
+            lambda runs, basis=basis, count=count: self_weight_error(runs[scene(basis, count)], 50.0, 800.0),
+        )
+        for basis, name in (("gimp", "GIMPM"), ("linear", "standard MPM"))
+        for count in counts
+        if basis == "linear" or count not in expected
     ]
     checks += [
         Check(
@@ -1169,12 +1265,12 @@ def column_error_curve():
         ),
     ]
     curves = [
-        ("GIMPM", lambda runs: (numpy.log10(counts), numpy.log10(errors(runs, "gimp")))),
-        ("standard MPM", lambda runs: (numpy.log10(counts), numpy.log10(errors(runs, "linear")))),
+        ("GIMPM", lambda runs: (counts, errors(runs, "gimp"))),
+        ("standard MPM", lambda runs: (counts, errors(runs, "linear"))),
     ]
-    marks = [(AMPLE, lambda: (numpy.log10(list(expected)), numpy.log10(list(expected.values()))))]
+    marks = [(f"{AMPLE}, GIMPM", lambda: (list(expected), list(expected.values())))]
     picture = Curves(
-        "column_error_curve", "Error over cells", "log10 of the cells", "log10 of the error of the stress", curves, marks
+        "column_error_curve", "Error of the stress over the cells", "cells", "error of the stress", curves, marks, True
     )
     setup = "The column on 4 to 256 cells, with points that carry domains (GIMPM) and points without (standard MPM)."
     return Section(

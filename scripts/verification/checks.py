@@ -12,6 +12,8 @@ def reference(name):
     return json.loads((ROOT / "tests" / "reference" / f"{name}.json").read_text())
 
 
+# What a check is compared with where there is no reference.
+ROADS = "second road in this program"
 # Shares below this are round-off, which differs from machine to machine.
 ROUND_OFF = 1e-8
 
@@ -45,7 +47,7 @@ class Check:
     note: str = ""
 
     def number(self, value):
-        if self.unit == "%" and abs(value) <= ROUND_OFF:
+        if self.unit == "%" and 0.0 < abs(value) <= ROUND_OFF:
             return f"below {100.0 * ROUND_OFF:.0e}"
         return f"{value * self.scale:.{self.digits}g}"
 
@@ -104,3 +106,17 @@ def largest_difference(quantity, obtained, listed, source, relative, note=""):
 
     name = f"{quantity}: largest difference at {len(listed)} places"
     return Check(name, difference, source, high=relative, unit="%", scale=100.0, digits=2, note=note)
+
+
+def second_road(quantity, obtained, first, second, allowed, road, note=""):
+    """Check of a number without a reference: what another set-up of the same problem in this program gives.
+
+    `obtained` takes a run; `first` and `second` are scenes, `road` says how the second differs, and the difference is
+    over the number of the first.
+    """
+
+    def difference(runs):
+        return obtained(runs[second]) / obtained(runs[first]) - 1.0
+
+    name = f"{quantity}, {road}: change"
+    return Check(name, difference, ROADS, 0.0, absolute=allowed, unit="%", scale=100.0, digits=2, note=note)

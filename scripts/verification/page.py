@@ -1,5 +1,6 @@
 """Writes docs/verification.md."""
 
+import shlex
 import textwrap
 
 from .runs import ROOT
@@ -27,7 +28,7 @@ time: they say what order of time a run takes, no more.
 
 def overrides(scene):
     """Overrides of a scene's keys as the command line has them."""
-    return "".join(f" --set {word}" for word in scene.split()[1:])
+    return "".join(f" --set {shlex.quote(word)}" for word in scene.split()[1:])
 
 
 def shown(scene):
@@ -80,7 +81,9 @@ def section_lines(section, numbers):
     """The lines of a section, and its numbers outside without a note."""
     lines = ["", f"## {section.title}", "", f"Source: {section.source}.", "", *paragraph(section.setup), "", "```sh"]
     ranks = "" if section.ranks == 2 else f" -n {section.ranks}"
-    lines += [f"./scripts/run.sh configs/{scene.split()[0]}.yaml{ranks}{overrides(scene)}" for scene in section.scenes] + ["```", ""]
+    for scene in section.scenes:
+        lines.append(f"./scripts/run.sh configs/{scene.split()[0]}.yaml{ranks}{overrides(scene)}")
+    lines += ["```", ""]
     if numbers is None:
         return [*lines, "Not run yet."], []
     checks, notes, unexplained = table_of_checks(numbers["rows"])

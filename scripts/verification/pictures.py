@@ -32,6 +32,8 @@ class Curves:
     runs: list
     references: list = field(default_factory=list)
     logarithmic: bool = False
+    # How many times lower a logarithmic scale begins than the lines, for the legend below them.
+    room: float = 1.0
 
     def draw(self, runs):
         figure, axes = plt.subplots(figsize=(6.0, 4.0), dpi=100, layout="constrained")
@@ -45,11 +47,10 @@ class Curves:
         if self.logarithmic:
             axes.set_xscale("log", base=2)
             axes.set_yscale("log")
-            # Room for the legend below the lines.
-            axes.set_ylim(bottom=axes.get_ylim()[0] / 50.0)
+            axes.set_ylim(bottom=axes.get_ylim()[0] / self.room)
         axes.grid(color="0.9")
         axes.set_axisbelow(True)
-        axes.legend(fontsize="small", **({"loc": "lower left", "ncols": 2} if self.logarithmic else {}))
+        axes.legend(fontsize="small", **({"loc": "lower left", "ncols": 2} if self.room > 1.0 else {}))
         return figure
 
 
@@ -70,6 +71,8 @@ class Points:
         if numpy.ptp(position[:, 2]) > 0.0:
             figure, axes, coloured = plot_points.draw_space(position, fields, initial, values)
             fit_space(axes, position, coloured)
+            if numpy.ptp(position) < 1e-3:
+                in_micrometres(axes)
             figure.colorbar(coloured, cax=figure.add_axes((0.87, 0.2, 0.025, 0.6)), label=label)
         else:
             figure, axes, coloured = plot_points.draw_plane(position, fields, initial, values)
@@ -88,6 +91,16 @@ def fit_space(axes, position, dots):
         if extent < 0.3 * extents.max():
             axis.set_major_locator(plt.NullLocator())
             axis.set_label_text("")
+        elif axis.get_label_text() == "x [m]" and extent == extents.max() and extent > 3.0 * sorted(extents)[1]:
+            # Along a slender body the numbers stand close to the edge of the picture.
+            axis.labelpad = 22
+
+
+def in_micrometres(axes):
+    """Coordinates of a tiny body without powers of ten at the ends of the axes."""
+    for axis, name in zip((axes.xaxis, axes.yaxis, axes.zaxis), "xyz"):
+        axis.set_major_formatter(lambda value, _: f"{1e6 * value:.3g}")
+        axis.set_label_text(f"{name} [um]")
 
 
 def save(picture, runs):

@@ -38,14 +38,16 @@ def ridge_inclination(run):
     return numpy.degrees(numpy.arctan(slope))
 
 
-def axis_inclination(run):
-    """Inclination of the longer principal axis of the points whose chi exceeds half of the largest, weighted with chi
-    [degrees from the horizontal]. Deformed positions."""
-    _, position, fields, _ = run.points()
-    chi = fields["chi"]
-    band = chi > 0.5 * chi.max()
-    offsets = position[band, :2] - numpy.average(position[band, :2], axis=0, weights=chi[band])
-    _, axes = numpy.linalg.eigh((offsets * chi[band, None]).T @ offsets)
+def axis_inclination(run, time=None):
+    """Inclination of the band of a biaxial test as a whole [degrees from the horizontal].
+
+    That of the longer principal axis of the second moments of chi squared over the deformed volume: without a
+    threshold, and with a weight that leaves out what is not of the band.
+    """
+    _, position, fields, _ = run.points(time)
+    weights = fields["chi"] ** 2 * fields["volume"]
+    offsets = position[:, :2] - numpy.average(position[:, :2], axis=0, weights=weights)
+    _, axes = numpy.linalg.eigh((offsets * weights[:, None]).T @ offsets)
     return numpy.degrees(numpy.arctan2(axes[1, 1], axes[0, 1])) % 180.0
 
 

@@ -21,8 +21,8 @@ import plot_points  # noqa: E402  a script beside this folder
 
 
 def path_of(scene):
-    """File of a scene, which is named as under configs and without .yaml; overrides of its keys may follow, each after a
-    blank."""
+    """File of a scene, which is named as under configs and without .yaml; overrides of its keys may follow, each after
+    a blank."""
     return SCENES / f"{scene.split()[0]}.yaml"
 
 
