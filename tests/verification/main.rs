@@ -21,3 +21,4 @@ mod reference;
 mod shear;
 mod shear_layer;
 mod torsion;
+mod weak;
