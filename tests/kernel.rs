@@ -154,7 +154,7 @@ fn taylor<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
     assert!(!system.faces.faces.is_empty());
     let u = field(&model, &system.active.nodes, 0.7 * size, 3);
     forces(&mut workspace, &mut model, &system, &u);
-    model.accept_gaps(&system, NOW, &u);
+    model.accept_gaps(&system, &model.surface.acting(NOW), &u);
     model.accept(world, &mut workspace, &system.batches, &system.active, &u);
     assert!(model.points.gaps.iter().any(|&gap| gap != 0.0));
     let system = model.search(world).unwrap();

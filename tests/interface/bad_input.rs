@@ -95,6 +95,35 @@ fn a_selection_without_points() {
     refused(Launch::text(&text), &["output.history[1].at"]);
 }
 
+/// A spring that is stiffer than the body by so much that its round-off is what equilibrium would be solved to.
+#[test]
+fn a_penalty_that_is_too_large() {
+    let points = "selection: {layer: {body: block, face: y_max}}, penalty: 1.0e20, fix";
+    let run = refused(
+        Launch::text(&with("face: y_max, fix", points)),
+        &["boundary[1].penalty: 1e20"],
+    );
+    let line = run.complaints("boundary[1].penalty")[0];
+    for part in [
+        "times the largest entry of the stiffness",
+        "solver.force_tolerance",
+        "a number > 0 and <= ",
+    ] {
+        assert!(line.contains(part), "{part} in {line}");
+    }
+}
+
+#[test]
+fn a_surface_that_nothing_has() {
+    let shape = "loads: [{pressure: 1.0e3, at: {surface: {body: block, facing: [x_max]}}}]\nstages: [";
+    // Two columns of cells, of which the second holds no point.
+    let text = with("stages: [", shape).replace("max: [0.02, 0.02]}}, points", "max: [0.001, 0.02]}}, points");
+    refused(
+        Launch::text(&text),
+        &["bodies[0]", "loads[0].at: the selection holds no material point"],
+    );
+}
+
 #[test]
 fn a_wrong_override() {
     refused(

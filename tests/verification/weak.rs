@@ -14,10 +14,11 @@
 
 use crate::common::compare::{Comparison, same_history};
 use crate::common::launch::{Launch, Run};
+use crate::common::results::Table;
 
 const MU: f64 = 6.0e6;
-/// Displacement of the platen: so small that the bar is linear.
-const TOTAL: f64 = -1.0e-9;
+/// Displacement of the platen: so small that the bar is linear within 1e-4.
+const TOTAL: f64 = -1.0e-6;
 const PENALTY: f64 = 1.0e8;
 const STEPS: usize = 4;
 
@@ -61,9 +62,9 @@ fn a_bar_against_springs() {
     let history = bar("penalise: total").history();
     let mut comparison = Comparison::new("bar pushed by a penalty");
     let force = TOTAL / (1.0 / bar_stiffness() + 1.0 / (2.0 * PENALTY));
-    comparison.relative("top", history.last("top"), force, 1e-6);
-    comparison.relative("base", history.last("base"), -force, 1e-6);
-    comparison.relative("end", history.last("end_y"), force / bar_stiffness(), 1e-6);
+    comparison.relative("top", history.last("top"), force, 1e-4);
+    comparison.relative("base", history.last("base"), -force, 1e-4);
+    comparison.relative("end", history.last("end_y"), force / bar_stiffness(), 1e-4);
     comparison.relative("motion", history.last("motion"), TOTAL, 1e-14);
     comparison.finish();
 }
@@ -78,8 +79,8 @@ fn springs_that_forget() {
         end = 2.0 * PENALTY * (TOTAL / STEPS as f64 + end) / (bar_stiffness() + 2.0 * PENALTY);
     }
     let mut comparison = Comparison::new("bar pushed by a penalty on increments");
-    comparison.relative("end", history.last("end_y"), end, 1e-6);
-    comparison.relative("top", history.last("top"), bar_stiffness() * end, 1e-6);
+    comparison.relative("end", history.last("end_y"), end, 1e-4);
+    comparison.relative("top", history.last("top"), bar_stiffness() * end, 1e-4);
     comparison.finish();
     let total = TOTAL / (1.0 / bar_stiffness() + 1.0 / (2.0 * PENALTY));
     assert!(
@@ -214,6 +215,7 @@ output:
   history:
     - {{name: base_x, reaction: {{boundary: base, component: ux}}}}
     - {{name: base_y, reaction: {{boundary: base, component: uy}}}}
+    - {{name: held_x, reaction: {{boundary: held, component: ux}}}}
     - {{name: held_y, reaction: {{boundary: held, component: uy}}}}
     - {{name: platen_x, reaction: {{boundary: platen, component: ux}}}}
     - {{name: platen_y, reaction: {{boundary: platen, component: uy}}}}
@@ -243,7 +245,7 @@ fn a_free_platen_takes_no_force_and_moves_as_one() {
         )
     });
     // Springs of 1e9 N/m under some 1e3 N each.
-    comparison.within("spread along", most[0], least[0], 5e-6);
+    comparison.within("spread along", most[0], least[0], 1e-5);
     comparison.within("spread across", most[1], -0.004, 2e-5);
     comparison.within("spread across", least[1], -0.004, 2e-5);
     comparison.finish();
@@ -259,12 +261,30 @@ fn a_free_platen_takes_no_force_and_moves_as_one() {
     assert!(growth < 2.0 * (force[6] - force[5]).abs(), "{force:?}");
 }
 
+/// Nothing but the support takes a force on a point that a fixed platen holds; base and platen share all of it.
 #[test]
 fn a_fixed_platen_takes_the_force() {
     let history = block("rigid: {}", EQUAL).run().completed().history();
-    let [base, platen] = history.last_of(["base_x", "platen_x"]);
-    assert!((base + platen + 1.0e3).abs() < 0.02 * 1.0e3, "{base} + {platen}");
-    assert!(platen < -100.0, "{platen}");
+    let mut comparison = Comparison::new("block under a fixed platen");
+    let [base, held] = ["base_x", "held_x"].map(|name| history.column(name)[4]);
+    comparison.relative("both", base + held, -1.0e3, 1e-4);
+    comparison.relative("platen", held, -1.0e3, 0.01);
+    comparison.finish();
+}
+
+/// A history without the columns that hold nothing but noise.
+fn without_zero_forces(run: &Run) -> Table {
+    let mut table = run.history();
+    for name in ["held_x", "platen_x"] {
+        let place = table
+            .columns
+            .iter()
+            .position(|column| column == name)
+            .expect("the column");
+        table.columns.remove(place);
+        table.rows.iter_mut().for_each(|row| drop(row.remove(place)));
+    }
+    table
 }
 
 #[test]
@@ -273,7 +293,12 @@ fn ranks_agree_on_platens_and_pressures() {
     let alone = block("rigid: {free: [ux]}", adaptive).run().completed();
     for ranks in [2, 3] {
         let together = block("rigid: {free: [ux]}", adaptive).ranks(ranks).run().completed();
-        same_history("platen", &together.history(), &alone.history(), 1e-8);
+        same_history(
+            "platen",
+            &without_zero_forces(&together),
+            &without_zero_forces(&alone),
+            1e-8,
+        );
         assert_eq!(
             together.history().column("step_size"),
             alone.history().column("step_size")
