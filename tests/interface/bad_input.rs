@@ -113,15 +113,17 @@ fn a_penalty_that_is_too_large() {
     }
 }
 
+/// The body is thinner than half the distance of its points: it has none, and what stands on it has none either.
 #[test]
 fn a_surface_that_nothing_has() {
-    let shape = "loads: [{pressure: 1.0e3, at: {surface: {body: block, facing: [x_max]}}}]\nstages: [";
-    // Two columns of cells, of which the second holds no point.
-    let text = with("stages: [", shape).replace("max: [0.02, 0.02]}}, points", "max: [0.001, 0.02]}}, points");
-    refused(
-        Launch::text(&text),
-        &["bodies[0]", "loads[0].at: the selection holds no material point"],
-    );
+    let load = "loads: [{pressure: 1.0e3, at: {surface: {body: block, facing: [x_max]}}}]\nstages: [";
+    let text = with("stages: [", load).replace("max: [0.02, 0.02]}}, points", "max: [0.001, 0.02]}}, points");
+    let messages = [
+        "bodies[0]",
+        "boundary[1]",
+        "loads[0].at: the selection holds no material point",
+    ];
+    refused(Launch::text(&text), &messages);
 }
 
 #[test]
