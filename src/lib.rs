@@ -7,7 +7,7 @@
 //! 3. [`parallel`]: what ranks say to each other; who owns which key.
 //! 4. [`grid`]: the background grid, its regions, basis functions and ghost penalty.
 //! 5. [`points`]: the body, arrays of what material points carry; seeding, search, migration.
-//! 6. [`condition`]: prescribed increments and loads.
+//! 6. [`condition`]: prescribed increments, penalties and loads.
 //! 7. [`assembly`]: points and grid become residual and tangent; the only hot loop.
 //! 8. [`petsc`]: matrix, vectors, Newton's method and partitioning, made safe; the only module with `unsafe` code.
 //! 9. [`solve`]: a load step, attempted, accepted or cut.
@@ -50,3 +50,8 @@ pub mod version;
 #[cfg(doctest)]
 #[doc = include_str!("../docs/extend/material.md")]
 mod extend_material {}
+
+/// The example of the page is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/extend/condition.md")]
+mod extend_condition {}

@@ -1,6 +1,7 @@
 //! The kernel as a whole: the tangent is the derivative of the residual, for points on a grid with random increments.
 //!
-//! Goal: for every continuum, both dimensions, every basis, elastic and plastic points, with the ghost penalty, the remainder
+//! Goal: for every continuum, both dimensions, every basis, elastic and plastic points, with ghost penalty, penalties on
+//! points, platens and follower pressure, the remainder
 //! `r(u + h d) - r(u) - h K d` falls as `h^2`; a rigid motion of virgin points makes no forces; and residual and
 //! tangent leave the accepted state of the points untouched.
 
@@ -14,7 +15,11 @@ use mpm_petsc::app::Laws;
 use mpm_petsc::assembly::Sink;
 use mpm_petsc::assembly::kernel::Workspace;
 use mpm_petsc::assembly::model::{Model, StepSystem};
+use mpm_petsc::assembly::surface::{ActingConditions, Surface, SurfaceWorkspace};
 use mpm_petsc::clock::Clock;
+use mpm_petsc::condition::Time;
+use mpm_petsc::condition::pressure::{Patch, Pressure, Side};
+use mpm_petsc::condition::weak::{Goal, Measure, Tie, platen_of};
 use mpm_petsc::continuum::Fields;
 use mpm_petsc::continuum::classical::Classical;
 use mpm_petsc::continuum::micropolar::Micropolar;
@@ -67,7 +72,72 @@ fn forces<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         .as_ref()
         .unwrap()
         .add_forces(&system.faces, &system.active, u, &mut forces);
+    let acting = model.surface.acting(NOW);
+    let surface = surface(model, system, &acting);
+    surface.add_tie_forces(u, &mut forces);
+    surface.add_pressure_forces(u, 1.0, &mut forces);
     forces
+}
+
+/// The end of the step.
+const NOW: Time = Time {
+    stage: 0,
+    fraction: 0.7,
+};
+
+fn surface<'a, C: Fields<D, N> + Laws, const D: usize, const N: usize>(
+    model: &'a Model<C, D, N>,
+    system: &'a StepSystem<D>,
+    acting: &'a ActingConditions,
+) -> Surface<'a, C, D, N> {
+    Surface {
+        found: &system.surface,
+        acting,
+        batches: &system.batches,
+        active: &system.active,
+        points: &model.points,
+    }
+}
+
+/// Ties the points at the lower end of the first axis to a platen that is free along it, those at its upper end in all
+/// other unknowns to a platen that is not, and puts all sides of the block under a pressure as large as the moduli.
+fn load<C: Fields<D, N> + Laws, const D: usize, const N: usize>(model: &mut Model<C, D, N>) {
+    let mut patches = Vec::new();
+    for axis in 0..D {
+        for upper in [false, true] {
+            let side = Side { axis, upper };
+            patches.push(Patch {
+                bit: patches.len(),
+                side,
+            });
+        }
+    }
+    for (p, marks) in model.points.marks.iter_mut().enumerate() {
+        for (bit, patch) in patches.iter().enumerate() {
+            // The block has four points along each axis, the first axis fastest.
+            let place = model.points.id[p] as usize / 4usize.pow(patch.side.axis as u32) % 4;
+            *marks |= u64::from(place == if patch.side.upper { 3 } else { 0 }) << bit;
+        }
+    }
+    model.surface.pressures.push(Pressure {
+        stage: 0,
+        pressure: 4.0e6,
+        patches,
+    });
+    for component in 0..N {
+        let free = component == 0;
+        model.surface.ties.push(Tie {
+            boundary: usize::from(!free),
+            bit: usize::from(!free),
+            slot: component,
+            component,
+            stage: 0,
+            penalty: if C::IS_TRANSLATION[component] { 1.0e6 } else { 1.0e2 },
+            goal: if free { Goal::Free } else { Goal::Prescribed(1.0e-3) },
+            measure: Measure::Total,
+        });
+    }
+    model.points.keep_gaps(N);
 }
 
 fn taylor<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
@@ -77,14 +147,26 @@ fn taylor<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
     size: f64,
 ) {
     let mut model = model::<C, D, N>(world, basis, spec);
+    load(&mut model);
     let mut workspace = Workspace::<C, D, N>::new(Rc::new(Clock::start()));
     // One accepted step first, so that the state is not virgin and domains have grown.
     let system = model.search(world).unwrap();
     assert!(!system.faces.faces.is_empty());
     let u = field(&model, &system.active.nodes, 0.7 * size, 3);
     forces(&mut workspace, &mut model, &system, &u);
+    model.accept_gaps(&system, &model.surface.acting(NOW), &u);
     model.accept(world, &mut workspace, &system.batches, &system.active, &u);
+    assert!(model.points.gaps.iter().any(|&gap| gap != 0.0));
     let system = model.search(world).unwrap();
+    assert_eq!(
+        system
+            .active
+            .nodes
+            .iter()
+            .filter(|&&key| platen_of(key).is_some())
+            .count(),
+        2
+    );
     let accepted = record(&model);
     let u = field(&model, &system.active.nodes, size, 11);
     let direction = field(&model, &system.active.nodes, size, 12);
@@ -105,6 +187,11 @@ fn taylor<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         .as_ref()
         .unwrap()
         .add_stiffness(&system.faces, &system.active, &mut dense);
+    let acting = model.surface.acting(NOW);
+    let conditions = surface(&model, &system, &acting);
+    let mut scratch = SurfaceWorkspace::default();
+    conditions.add_tie_stiffness(&mut scratch, &mut dense);
+    conditions.add_pressure_stiffness(&u, &mut scratch, &mut dense);
     let product: Vec<f64> = dense
         .entries
         .chunks_exact(width)
@@ -161,6 +248,41 @@ fn rigid_motion<C: Fields<3, N> + Laws, const N: usize>(world: &World, basis: Bo
     assert!(largest < 1e-10, "largest force {largest}");
 }
 
+/// A pressure on all sides of a body has no resultant, also after a rotation: the area vectors close and turn as one.
+fn pressure_on_a_closed_surface<C: Fields<3, N> + Laws, const N: usize>(world: &World) {
+    let mut model = model::<C, 3, N>(world, Box::new(Gimp), MaterialSpec::Elastic(ELASTIC));
+    load(&mut model);
+    let system = model.search(world).unwrap();
+    let rotation = nalgebra::Rotation3::new(nalgebra::Vector3::new(0.4, -0.7, 0.5));
+    let mut u = vec![0.0; system.active.nodes.len() * N];
+    for (&key, u) in system.active.nodes.iter().zip(u.chunks_exact_mut(N)) {
+        let x = nalgebra::Vector3::from(model.grid.node_position(&model.grid.node(key)));
+        u[..3].copy_from_slice((rotation * x - x).as_slice());
+    }
+    let acting = model.surface.acting(NOW);
+    let mut forces = vec![0.0; u.len()];
+    surface(&model, &system, &acting).add_pressure_forces(&u, -1.0, &mut forces);
+    let sum = |k: usize| forces.chunks_exact(N).map(|node| node[k]).sum::<f64>();
+    let largest = forces.iter().fold(0.0f64, |largest, force| largest.max(force.abs()));
+    // 16 points of a side share 0.7 x 4 MPa on 16 x (0.54 h)^2: some 80 N each.
+    assert!(largest > 10.0, "largest force {largest}");
+    let resultant: Vec<f64> = (0..3).map(sum).collect();
+    assert!(resultant.iter().all(|sum| sum.abs() < 1e-10 * largest), "{resultant:?}");
+    // The pressure pushes onto the body: its forces do negative work on a growing one.
+    let work: f64 = system
+        .active
+        .nodes
+        .iter()
+        .zip(forces.chunks_exact(N))
+        .filter(|&(&key, _)| platen_of(key).is_none())
+        .map(|(&key, force)| {
+            let x = nalgebra::Vector3::from(model.grid.node_position(&model.grid.node(key)));
+            (rotation * x).dot(&nalgebra::Vector3::new(force[0], force[1], force[2]))
+        })
+        .sum();
+    assert!(work < -1.0, "{work}");
+}
+
 fn main() {
     let world = World::start().expect("MPI starts once");
     let elastic = MaterialSpec::Elastic(ELASTIC);
@@ -206,6 +328,9 @@ fn main() {
         }),
         ("classical_space_gimp_plastic", &|| {
             taylor::<Classical, 3, 3>(&world, Box::new(Gimp), plastic, 0.05)
+        }),
+        ("pressure_on_a_closed_surface", &|| {
+            pressure_on_a_closed_surface::<Micropolar, 6>(&world)
         }),
         ("rigid_motion_makes_no_forces", &|| {
             rigid_motion::<Micropolar, 6>(&world, Box::new(Gimp));

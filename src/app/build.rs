@@ -211,21 +211,10 @@ fn select<C: Fields<D, N>, const D: usize, const N: usize>(
         of_load: Vec::new(),
     };
     for (index, load) in scene.loads.iter().enumerate() {
-        if let LoadKind::Pressure { pressure, at } = &load.kind {
-            let path = format!("loads[{index}].at");
-            let mut patch = |(selection, side): &(Selection, Side)| Patch {
-                bit: marks.of(model, selection, &path, problems).0,
-                side: *side,
-            };
-            let patches: Vec<Patch> = at.iter().map(&mut patch).collect();
-            marks
-                .of_load
-                .push(Some(patches.iter().fold(0, |all, patch| all | 1 << patch.bit)));
-            model.surface.pressures.push(Pressure {
-                stage: load.stage,
-                pressure: *pressure,
-                patches,
-            });
+        if let Some(pressure) = pressure_of(load, &format!("loads[{index}].at"), &mut marks, model, problems) {
+            let all = pressure.patches.iter().fold(0, |all, patch| all | 1 << patch.bit);
+            marks.of_load.push(Some(all));
+            model.surface.pressures.push(pressure);
             continue;
         }
         let (bit, count) = match selection_of(load) {
@@ -238,18 +227,10 @@ fn select<C: Fields<D, N>, const D: usize, const N: usize>(
         marks.of_load.push(bit.map(|bit| 1 << bit));
         match face_load(model, load) {
             Some(load) => model.face_loads.push(load),
-            None => model.loads.push(dead_load(load, bit, count, &C::IS_TRANSLATION, D)),
+            None => model.loads.extend(dead_load(load, bit, count, &C::IS_TRANSLATION, D)),
         }
     }
-    let mut bits = vec![0; scene.boundaries.len()];
-    for (index, boundary) in scene.boundaries.iter().enumerate() {
-        if let Place::Points(held) = &boundary.place {
-            let path = format!("boundary[{index}].selection");
-            bits[index] = marks.of(model, &held.selection, &path, problems).0;
-        }
-    }
-    model.surface.ties = ties(&scene.boundaries, |boundary| bits[boundary]);
-    model.points.keep_gaps(slots(&model.surface.ties));
+    tie(scene, &mut marks, model, problems);
     let column_of = |(index, entry): (usize, &HistoryColumn)| {
         let path = format!("output.history[{index}].at");
         let bit = match &entry.quantity {
@@ -269,6 +250,46 @@ fn select<C: Fields<D, N>, const D: usize, const N: usize>(
         }
     };
     scene.output.history.iter().enumerate().map(column_of).collect()
+}
+
+/// A pressure with marks for each part of its surface, where the load is one.
+fn pressure_of<C: Fields<D, N>, const D: usize, const N: usize>(
+    load: &Load,
+    path: &str,
+    marks: &mut Marks<'_>,
+    model: &mut Model<C, D, N>,
+    problems: &mut Vec<Problem>,
+) -> Option<Pressure> {
+    let LoadKind::Pressure { pressure, at } = &load.kind else {
+        return None;
+    };
+    let patch = |(selection, side): &(Selection, Side)| Patch {
+        bit: marks.of(model, selection, path, problems).0,
+        side: *side,
+    };
+    Some(Pressure {
+        stage: load.stage,
+        pressure: *pressure,
+        patches: at.iter().map(patch).collect(),
+    })
+}
+
+/// Marks the points that conditions hold, and ties them to their platens.
+fn tie<C: Fields<D, N>, const D: usize, const N: usize>(
+    scene: &Scene,
+    marks: &mut Marks<'_>,
+    model: &mut Model<C, D, N>,
+    problems: &mut Vec<Problem>,
+) {
+    let mut bits = vec![0; scene.boundaries.len()];
+    for (index, boundary) in scene.boundaries.iter().enumerate() {
+        if let Place::Points(held) = &boundary.place {
+            let path = format!("boundary[{index}].selection");
+            bits[index] = marks.of(model, &held.selection, &path, problems).0;
+        }
+    }
+    model.surface.ties = ties(&scene.boundaries, |boundary| bits[boundary]);
+    model.points.keep_gaps(slots(&model.surface.ties));
 }
 
 fn selection_of(load: &Load) -> Option<&Selection> {
@@ -308,8 +329,14 @@ fn face_load<C: Fields<D, N>, const D: usize, const N: usize>(model: &Model<C, D
     })
 }
 
-/// What a dead load gives to each of `count` points.
-fn dead_load(load: &Load, bit: Option<usize>, count: u64, is_translation: &[bool], dimension: usize) -> DeadLoad {
+/// What a load gives to each of `count` points; `None` where it follows the motion.
+fn dead_load(
+    load: &Load,
+    bit: Option<usize>,
+    count: u64,
+    is_translation: &[bool],
+    dimension: usize,
+) -> Option<DeadLoad> {
     let spread = |vector: &[f64; 3], translations| by_unknown(vector, translations, is_translation, dimension);
     let share = |total: &[f64; 3]| total.map(|total| total / count as f64);
     let amount = match &load.kind {
@@ -318,13 +345,13 @@ fn dead_load(load: &Load, bit: Option<usize>, count: u64, is_translation: &[bool
         }
         LoadKind::Force { total, .. } => Amount::PerPoint(spread(&share(total), true)),
         LoadKind::Couple { total, .. } => Amount::PerPoint(spread(&share(total), false)),
-        LoadKind::Pressure { .. } => unreachable!("pressures are no dead loads"),
+        LoadKind::Pressure { .. } => return None,
     };
-    DeadLoad {
+    Some(DeadLoad {
         stage: load.stage,
         amount,
         bit,
-    }
+    })
 }
 
 /// The body force and couple of a manufactured solution, over the first stage.

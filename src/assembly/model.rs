@@ -3,7 +3,7 @@
 use crate::assembly::active::Active;
 use crate::assembly::kernel::{Workspace, jet};
 use crate::assembly::penalty::GhostPenalty;
-use crate::assembly::surface::{Surface, SurfaceConditions, SurfacePoints};
+use crate::assembly::surface::{ActingConditions, Surface, SurfaceConditions, SurfacePoints};
 use crate::condition::Time;
 use crate::condition::dirichlet::{Boundary, GridPlane, plane_increment};
 use crate::condition::load::{DeadLoad, FaceLoad};
@@ -127,20 +127,22 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Model<C, D, N> {
         self.grid.move_face(face.axis, face.index > 0, motion);
     }
 
-    /// Stores the gaps that a step up to a time leaves between points and platens, at local increments `u`. Returns the
-    /// forces of the platens on their points, by boundary and component, as far as they are this rank's.
-    pub fn accept_gaps(&mut self, system: &StepSystem<D>, time: Time, u: &[f64]) -> Vec<[f64; N]> {
-        let acting = self.surface.acting(time);
+    /// Stores the gaps that a step leaves between points and platens, at local increments `u`.
+    pub fn accept_gaps(&mut self, system: &StepSystem<D>, acting: &ActingConditions, u: &[f64]) {
         let surface = Surface {
             found: &system.surface,
-            acting: &acting,
+            acting,
             batches: &system.batches,
             active: &system.active,
             points: &self.points,
         };
         self.points.gaps = surface.gaps(u);
-        let mut forces = vec![[0.0; N]; self.boundaries.len()];
+    }
+
+    /// Forces of the platens on the points of this rank, by boundary and component, at the accepted gaps.
+    pub fn platen_forces(&self, acting: &ActingConditions) -> Vec<[f64; N]> {
         let points = &self.points;
+        let mut forces = vec![[0.0; N]; self.boundaries.len()];
         for tie in &acting.ties {
             for p in (0..points.len()).filter(|&p| points.marks[p] >> tie.bit & 1 == 1) {
                 forces[tie.boundary][tie.component] -= tie.penalty * points.gaps[p * points.gap_count + tie.slot];

@@ -79,7 +79,7 @@ pub fn platen_key(boundary: usize) -> u64 {
 
 /// Boundary whose platen a key is; `None` for nodes of grid or mesh.
 pub fn platen_of(key: u64) -> Option<usize> {
-    (key >= FIRST_PLATEN).then(|| (key & !FIRST_PLATEN) as usize)
+    (key >= FIRST_PLATEN).then_some((key & !FIRST_PLATEN) as usize)
 }
 
 /// Ties of all boundaries on points; `bit_of` gives the mark of the points of a boundary.

@@ -230,7 +230,9 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         last: bool,
         observer: &mut dyn Observer<C, D, N>,
     ) -> Result<(), Error> {
-        let mut platens = self.model.accept_gaps(system, schedule.done(), &solution.increments);
+        let acting = self.model.surface.acting(schedule.done());
+        self.model.accept_gaps(system, &acting, &solution.increments);
+        let mut platens = self.model.platen_forces(&acting);
         self.model.accept(
             &self.world,
             &mut self.workspace,

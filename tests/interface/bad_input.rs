@@ -95,6 +95,37 @@ fn a_selection_without_points() {
     refused(Launch::text(&text), &["output.history[1].at"]);
 }
 
+/// A spring that is stiffer than the body by so much that its round-off is what equilibrium would be solved to.
+#[test]
+fn a_penalty_that_is_too_large() {
+    let points = "selection: {layer: {body: block, face: y_max}}, penalty: 1.0e20, fix";
+    let run = refused(
+        Launch::text(&with("face: y_max, fix", points)),
+        &["boundary[1].penalty: 1e20"],
+    );
+    let line = run.complaints("boundary[1].penalty")[0];
+    for part in [
+        "times the largest entry of the stiffness",
+        "solver.force_tolerance",
+        "a number > 0 and <= ",
+    ] {
+        assert!(line.contains(part), "{part} in {line}");
+    }
+}
+
+/// The body is thinner than half the distance of its points: it has none, and what stands on it has none either.
+#[test]
+fn a_surface_that_nothing_has() {
+    let load = "loads: [{pressure: 1.0e3, at: {surface: {body: block, facing: [x_max]}}}]\nstages: [";
+    let text = with("stages: [", load).replace("max: [0.02, 0.02]}}, points", "max: [0.001, 0.02]}}, points");
+    let messages = [
+        "bodies[0]",
+        "boundary[1]",
+        "loads[0].at: the selection holds no material point",
+    ];
+    refused(Launch::text(&text), &messages);
+}
+
 #[test]
 fn a_wrong_override() {
     refused(

@@ -22,3 +22,4 @@ mod shear;
 mod shear_layer;
 mod splines;
 mod torsion;
+mod weak;

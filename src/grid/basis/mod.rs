@@ -113,12 +113,12 @@ fn multiply<const D: usize>(
     out: &mut [f64],
 ) {
     let mut factors = [[Shape1::default(); MAX_NODES_PER_AXIS]; D];
-    for axis in 0..D {
+    for (axis, factors) in factors.iter_mut().enumerate() {
         let span = Span {
             lowest: support.lowest[axis],
             count: support.count[axis],
         };
-        along(axis, span, &mut factors[axis][..span.count as usize]);
+        along(axis, span, &mut factors[..span.count as usize]);
     }
     for (flat, shape) in out.chunks_exact_mut(1 + D).enumerate() {
         let mut rest = flat;
