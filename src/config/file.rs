@@ -123,14 +123,14 @@ pub enum BasisName {
     /// Hat functions averaged over the domains of the points (GIMPM).
     #[default]
     Gimp,
-    /// B-splines of order 1 with open knots at the centres of the points: the hat functions of `linear`.
+    /// B-splines of order 1 at the centres of the points: the functions of `linear`.
     #[serde(rename = "bspline1")]
     BSpline1,
-    /// B-splines of order 2: smooth, one function more than nodes of the cells along each axis, conditions on faces of the
-    /// grid only.
+    /// B-splines of order 2, which are smooth: an axis has two functions more than cells, and conditions on planes are those
+    /// on faces of the grid.
     #[serde(rename = "bspline2")]
     BSpline2,
-    /// B-splines of order 3, likewise with two functions more.
+    /// B-splines of order 3, likewise with three functions more than cells.
     #[serde(rename = "bspline3")]
     BSpline3,
 }

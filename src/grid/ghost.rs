@@ -210,7 +210,7 @@ mod tests {
         solved.expect("a fit").as_slice().to_vec()
     }
 
-    /// A polynomial of the order of the functions has no jump, anywhere in the grid; a derivative of the highest order
+    /// The matrix is symmetric. A polynomial of the order of the functions has no jump, anywhere in the grid; a derivative of the highest order
     /// that jumps by one per power of a cell costs `gamma h^s / (3 h_k^2)` times the face's area.
     #[test]
     fn penalty_sees_jumps_of_the_highest_derivative_only() {
@@ -240,6 +240,9 @@ mod tests {
                 let tangential: Vec<f64> = (0..3).filter(|&k| k != normal).map(|k| grid.cell_size[k]).collect();
                 let longest = tangential.iter().copied().fold(0.0, f64::max);
                 let scale = longest.powi(3) / 3.0 * tangential.iter().product::<f64>() / grid.cell_size[normal].powi(2);
+                let n = smooth.len();
+                let skew = |k: usize| (matrix[k] - matrix[k % n * n + k / n]).abs();
+                assert!((0..n * n).all(|k| skew(k) < 1e-13 * scale), "not symmetric");
                 assert!(
                     energy(&smooth).abs() < 1e-11 * scale,
                     "order {order}, normal {normal}: {}",

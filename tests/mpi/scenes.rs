@@ -68,6 +68,7 @@ pub fn block_on_splines() -> Launch {
         "grid.max=[0.05, 0.05, 0.04]",
         "grid.cells=[5, 5, 4]",
         "boundary.1.face=z_max",
+        "stages.0.steps=2",
     ])
 }
 
@@ -100,10 +101,12 @@ output:
     )
 }
 
-/// The sliding block on splines of order 3, its edges held by a ghost penalty.
+/// The sliding block on splines of order 3 over three cells, its edges held by a ghost penalty.
 pub fn sliding_block_on_splines() -> Launch {
     sliding_block().set(&[
         "grid.basis=bspline3",
+        "boundary.0.move.ux=0.03",
+        "stages.0.steps=6",
         "stabilisation={ghost: {translation: 8.0e2, rotation: 0.02, scaling: stiffness}}",
     ])
 }
