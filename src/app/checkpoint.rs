@@ -59,7 +59,14 @@ pub fn save<C: Fields<D, N>, const D: usize, const N: usize>(
     let nodes = model.elements.iter().map(|elements| Table {
         name: NODES.to_owned(),
         width: D,
-        numbers: Numbers::Real(elements.mesh.nodes().iter().flat_map(|node| node.iter().copied()).collect()),
+        numbers: Numbers::Real(
+            elements
+                .mesh
+                .nodes()
+                .iter()
+                .flat_map(|node| node.iter().copied())
+                .collect(),
+        ),
     });
     let content = Content {
         state,
@@ -94,7 +101,10 @@ pub fn load<C: Fields<D, N>, const D: usize, const N: usize>(
         return Err(misfit(&what));
     }
     let records = records(&built.model.points, &rows);
-    let nodes = nodes::<D>(built.model.elements.as_ref().map_or(0, |mesh| mesh.mesh.nodes().len()), &common);
+    let nodes = nodes::<D>(
+        built.model.elements.as_ref().map_or(0, |mesh| mesh.mesh.nodes().len()),
+        &common,
+    );
     let (true, Some(records), Some(nodes)) = (state.model.grid_min.len() == D, &records, nodes) else {
         return Err(misfit("its tables are not those of this scene"));
     };
@@ -140,7 +150,9 @@ fn tables<C: Continuum, const D: usize>(points: &Points<C, D>) -> Vec<Table> {
     for part in parts.into_iter().filter(|part| part.length > 0) {
         let own = start..start + part.length;
         start = own.end;
-        let values = records.chunks_exact(length).flat_map(|record| record[own.clone()].iter());
+        let values = records
+            .chunks_exact(length)
+            .flat_map(|record| record[own.clone()].iter());
         let numbers = if part.whole {
             Numbers::Whole(values.map(|value| value.to_bits()).collect())
         } else {
@@ -185,11 +197,13 @@ fn records<C: Continuum, const D: usize>(points: &Points<C, D>, tables: &[Table]
 fn nodes<const D: usize>(count: usize, common: &[Table]) -> Option<Vec<SVector<f64, D>>> {
     let positions: Vec<_> = match common {
         [] => Vec::new(),
-        [Table {
-            width,
-            numbers: Numbers::Real(values),
-            ..
-        }] if *width == D => values.chunks_exact(D).map(SVector::from_column_slice).collect(),
+        [
+            Table {
+                width,
+                numbers: Numbers::Real(values),
+                ..
+            },
+        ] if *width == D => values.chunks_exact(D).map(SVector::from_column_slice).collect(),
         _ => return None,
     };
     (positions.len() == count).then_some(positions)

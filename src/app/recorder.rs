@@ -122,7 +122,10 @@ impl<'a> Recorder<'a> {
 
     fn tell_of_restart(&mut self, saved: Option<&RunState>, gap: Option<&str>) {
         let Some(saved) = saved else { return };
-        let (step, stage) = (saved.analysis.counts.steps, &self.scene.stages[saved.analysis.stage].name);
+        let (step, stage) = (
+            saved.analysis.counts.steps,
+            &self.scene.stages[saved.analysis.stage].name,
+        );
         self.message(&format!("goes on after step {step}, stage {stage}"));
         if saved.commit != crate::version::COMMIT {
             let (program, commit) = (&saved.program, &saved.commit);
@@ -206,9 +209,10 @@ impl<'a> Recorder<'a> {
 
     /// Collective. Notes how long the tables are with the last accepted state.
     fn note_lengths(&mut self) -> Result<(), Error> {
-        let lengths = self.files.as_ref().map(|files| -> Result<_, Error> {
-            Ok((files.history.length()?, files.convergence.length()?))
-        });
+        let lengths = self
+            .files
+            .as_ref()
+            .map(|files| -> Result<_, Error> { Ok((files.history.length()?, files.convergence.length()?)) });
         let lengths = agree(&self.world, lengths.transpose().map_err(|error| error.to_string()))?;
         (self.state.history, self.state.convergence) = lengths.unwrap_or_default();
         Ok(())
@@ -358,7 +362,10 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Observer<C, D, N> for Reco
         self.state.full_steps += usize::from(step.full_step);
         let output = &self.scene.output;
         let due = |every: usize| step.last || step.full_step && self.state.full_steps.is_multiple_of(every);
-        let (snapshot, save) = (due(output.snapshot_every.unwrap_or(usize::MAX)), due(output.checkpoint_every));
+        let (snapshot, save) = (
+            due(output.snapshot_every.unwrap_or(usize::MAX)),
+            due(output.checkpoint_every),
+        );
         if snapshot {
             self.snapshot(step.model)?;
         }

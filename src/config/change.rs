@@ -28,7 +28,11 @@ fn compare(path: &str, before: &Value, now: &Value, stage: usize, found: &mut Ve
         (Value::Object(old), Value::Object(new)) => {
             let added = new.keys().filter(|key| !old.contains_key(*key));
             for key in old.keys().chain(added) {
-                let below = if path.is_empty() { key.clone() } else { format!("{path}.{key}") };
+                let below = if path.is_empty() {
+                    key.clone()
+                } else {
+                    format!("{path}.{key}")
+                };
                 compare(&below, &before[key], &now[key], stage, found);
             }
         }
@@ -36,7 +40,13 @@ fn compare(path: &str, before: &Value, now: &Value, stage: usize, found: &mut Ve
             for index in 0..old.len().max(new.len()) {
                 let (old, new) = (old.get(index), new.get(index));
                 let below = format!("{path}[{index}]");
-                compare(&below, old.unwrap_or(&Value::Null), new.unwrap_or(&Value::Null), stage, found);
+                compare(
+                    &below,
+                    old.unwrap_or(&Value::Null),
+                    new.unwrap_or(&Value::Null),
+                    stage,
+                    found,
+                );
             }
         }
         _ => found.push(Change {
@@ -82,7 +92,10 @@ mod tests {
             "output": {"directory": "y", "history": [{"name": "force"}, {"name": "more"}]},
         });
         let paths = |stage| -> Vec<String> {
-            changes(&before, &now, stage).into_iter().map(|change| change.path).collect()
+            changes(&before, &now, stage)
+                .into_iter()
+                .map(|change| change.path)
+                .collect()
         };
         assert_eq!(paths(0), ["grid.cell_size", "output.history[1]"]);
         assert_eq!(paths(1), ["grid.cell_size", "stages[1].steps", "output.history[1]"]);

@@ -170,7 +170,11 @@ fn checksum(tables: &[Table]) -> u32 {
 pub fn write<S: Serialize>(world: &World, path: &Path, content: &Content<S>) -> Result<(), Error> {
     let part = part_of(path);
     let outcome = write_part(world, &part, content).and_then(|()| {
-        let renamed = if world.is_root() { put_in_place(&part, path) } else { Ok(()) };
+        let renamed = if world.is_root() {
+            put_in_place(&part, path)
+        } else {
+            Ok(())
+        };
         agree(world, renamed)
     });
     if outcome.is_err() && world.is_root() {
@@ -246,7 +250,9 @@ fn reserve<S>(part: &Path, content: &Content<S>, blocks: &[Block], document: &st
 /// Attributes and empty tables. Collective.
 fn create_layout<S>(file: &File, content: &Content<S>, blocks: &[Block], document: &str) -> hdf5::Result<()> {
     let format = FixedAscii::<32>::from_ascii(FORMAT).expect("the name of the format is short");
-    file.new_attr::<FixedAscii<32>>().create("format")?.write_scalar(&format)?;
+    file.new_attr::<FixedAscii<32>>()
+        .create("format")?
+        .write_scalar(&format)?;
     file.new_attr::<u32>().create("version")?.write_scalar(&VERSION)?;
     let checksum = crc32fast::hash(document.as_bytes());
     file.new_attr::<u32>().create("checksum")?.write_scalar(&checksum)?;
@@ -318,7 +324,10 @@ pub fn read<S: DeserializeOwned>(world: &World, path: &Path) -> Result<Content<S
 /// What rank `rank` of `size` gets of a checkpoint.
 fn read_part<S: DeserializeOwned>(path: &Path, rank: usize, size: usize) -> Result<Content<S>, String> {
     if !path.exists() {
-        return Err(format!("there is no checkpoint to go on from: {} does not exist", path.display()));
+        return Err(format!(
+            "there is no checkpoint to go on from: {} does not exist",
+            path.display()
+        ));
     }
     let file = File::open(path).map_err(|error| {
         format!(
@@ -333,8 +342,12 @@ fn read_part<S: DeserializeOwned>(path: &Path, rank: usize, size: usize) -> Resu
 /// Whether a file is a checkpoint that this program reads.
 fn check_format(file: &File) -> Result<(), String> {
     let foreign = |_| "it is an HDF5 file of another kind, no checkpoint of this program".to_owned();
-    let format = file.attr("format").and_then(|attribute| attribute.read_scalar::<FixedAscii<32>>());
-    let version = file.attr("version").and_then(|attribute| attribute.read_scalar::<u32>());
+    let format = file
+        .attr("format")
+        .and_then(|attribute| attribute.read_scalar::<FixedAscii<32>>());
+    let version = file
+        .attr("version")
+        .and_then(|attribute| attribute.read_scalar::<u32>());
     if format.map_err(foreign)?.as_str() != FORMAT {
         return Err(foreign(hdf5::Error::Internal(String::new())));
     }
@@ -348,8 +361,14 @@ fn check_format(file: &File) -> Result<(), String> {
 
 fn read_checked<S: DeserializeOwned>(file: &File, rank: usize, size: usize) -> Result<Content<S>, String> {
     let plain = |error: hdf5::Error| error.to_string();
-    let bytes: Vec<u8> = file.dataset("document").and_then(|data| data.read_raw()).map_err(plain)?;
-    let expected: u32 = file.attr("checksum").and_then(|data| data.read_scalar()).map_err(plain)?;
+    let bytes: Vec<u8> = file
+        .dataset("document")
+        .and_then(|data| data.read_raw())
+        .map_err(plain)?;
+    let expected: u32 = file
+        .attr("checksum")
+        .and_then(|data| data.read_scalar())
+        .map_err(plain)?;
     if crc32fast::hash(&bytes) != expected {
         return Err("the checksum of its text is wrong".into());
     }

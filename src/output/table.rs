@@ -40,9 +40,7 @@ impl Table {
             file.set_len(length)?;
             Ok(file)
         };
-        let file = open().map_err(|error| {
-            Error::System(format!("cannot go on with {}: {error}", path.display()))
-        })?;
+        let file = open().map_err(|error| Error::System(format!("cannot go on with {}: {error}", path.display())))?;
         Ok(Table {
             path: path.to_path_buf(),
             file,

@@ -56,7 +56,11 @@ impl Snapshots {
     /// # Errors
     /// The same on every rank: a file that cannot be used cannot be put aside either.
     pub fn resume(world: &World, path: PathBuf, written: usize, total: u64) -> Result<(Self, Option<String>), Error> {
-        let cut = if world.is_root() { cut_back(&path, written, total) } else { Ok(()) };
+        let cut = if world.is_root() {
+            cut_back(&path, written, total)
+        } else {
+            Ok(())
+        };
         match agree(world, cut) {
             Ok(()) => Ok((Snapshots { path, written }, None)),
             Err(reason) => {
@@ -193,7 +197,9 @@ fn cut_back(path: &Path, written: usize, total: u64) -> Result<(), String> {
         let rows = written * total as usize;
         let data = root.group("PointData")?;
         let tables = [vec![root.dataset("Points")?], data.datasets()?].concat();
-        let whole = tables.iter().all(|table| table.shape().first().is_some_and(|&length| length >= rows));
+        let whole = tables
+            .iter()
+            .all(|table| table.shape().first().is_some_and(|&length| length >= rows));
         if count < written as i64 || points != [total as i64] || !whole {
             let what = format!("it holds {count} snapshots, and {written} of {total} points were expected");
             return Err(hdf5::Error::Internal(what));

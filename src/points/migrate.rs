@@ -23,12 +23,16 @@ impl<C: Continuum, const D: usize> Points<C, D> {
             length,
             whole,
         };
-        let mut parts = ["id", "body", "material", "marks"].map(|name| part(name, 1, true)).to_vec();
+        let mut parts = ["id", "body", "material", "marks"]
+            .map(|name| part(name, 1, true))
+            .to_vec();
         let vectors = ["position", "displacement", "reference_half_lengths", "half_lengths"];
         parts.extend(vectors.map(|name| part(name, D, false)));
         parts.push(part("volume", 1, false));
         for (group, variables) in [("motion", C::MOTION), ("stress", C::STRESS)] {
-            let named = variables.iter().map(|variable| (format!("{group}/{}", variable.name), variable.length));
+            let named = variables
+                .iter()
+                .map(|variable| (format!("{group}/{}", variable.name), variable.length));
             parts.extend(named.map(|(name, length)| part(&name, length, false)));
         }
         parts.push(part("state", self.state_length, false));

@@ -323,7 +323,9 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
     /// How a run ends that a signal asked to stop.
     fn interrupted(&self) -> Error {
         let step = self.state.counts.steps;
-        Error::Interrupted(format!("stopped by a signal after step {step}; --restart goes on from there"))
+        Error::Interrupted(format!(
+            "stopped by a signal after step {step}; --restart goes on from there"
+        ))
     }
 
     /// One attempt at a step from the accepted state.
