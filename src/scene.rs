@@ -133,8 +133,8 @@ pub struct OutputSettings {
     pub directory: std::path::PathBuf,
     /// A snapshot of the points every so many accepted full steps; `None`: only first and last.
     pub snapshot_every: Option<usize>,
-    /// A checkpoint every so many accepted full steps.
-    pub checkpoint_every: usize,
+    /// A checkpoint every so many accepted full steps; `None`: by the time that they take.
+    pub checkpoint_every: Option<usize>,
     pub history: Vec<HistoryColumn>,
     /// The resolved configuration as YAML text, for `config.yaml`.
     pub resolved: String,

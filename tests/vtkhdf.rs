@@ -193,6 +193,7 @@ fn write_wrong_numbers(world: &World, path: &Path) -> Outcome {
 fn print_progress(world: &World) -> Outcome {
     let mut progress = Progress::on_stdout(Mode::choose(world.is_root(), false));
     progress.step(&StepLine {
+        begun: 0.0,
         step: 1,
         stage: "compress",
         load_factor: 0.5,

@@ -24,6 +24,13 @@ use serde::{Deserialize, Serialize};
 use std::io::Stdout;
 use std::path::PathBuf;
 use std::rc::Rc;
+use std::time::Duration;
+
+/// Time between two checkpoints over what one takes, where the user does not say how often.
+const CHECKPOINT_SPACING: u32 = 50;
+
+/// What the first checkpoint is expected to take: it is written after ten seconds.
+const EXPECTED_CHECKPOINT: Duration = Duration::from_millis(200);
 
 /// Files that the root writes.
 struct RootFiles {
@@ -46,6 +53,8 @@ pub struct Recorder<'a> {
     attempts: usize,
     /// What the files hold of the last accepted state.
     state: FilesState,
+    /// Wall time when the last checkpoint was finished, and what it took.
+    checkpoint_times: (Duration, Duration),
     /// Number of the step that the checkpoint in the folder belongs to.
     saved: Option<usize>,
     spent_before: Spent,
@@ -112,6 +121,7 @@ impl<'a> Recorder<'a> {
             progress,
             attempts: 0,
             state,
+            checkpoint_times: (clock.elapsed(), EXPECTED_CHECKPOINT),
             saved: saved.map(|saved| saved.analysis.counts.steps),
             spent_before: saved.map_or_else(Spent::default, |saved| saved.spent),
             begun: saved.map_or(0.0, |saved| done(scene, saved.analysis.schedule.done())),
@@ -229,6 +239,7 @@ impl<'a> Recorder<'a> {
         if self.saved == Some(analysis.counts.steps) {
             return Ok(());
         }
+        let begin = clock.elapsed();
         // What the checkpoint refers to must be on disk before it is.
         let secured = self.files.as_ref().map_or(Ok(()), |files| {
             files.history.secure()?;
@@ -252,7 +263,16 @@ impl<'a> Recorder<'a> {
         };
         checkpoint::save(&self.world, &self.directory, model, state)?;
         self.saved = Some(analysis.counts.steps);
+        self.checkpoint_times = (clock.elapsed(), clock.elapsed() - begin);
         Ok(())
+    }
+
+    /// Collective. Whether checkpoints keep to their share of the wall time if one is written now.
+    fn checkpoint_is_worth_its_time(&self) -> bool {
+        let (finished, took) = self.checkpoint_times;
+        let worth = self.clock.elapsed().saturating_sub(finished) >= CHECKPOINT_SPACING * took;
+        // Clocks differ; that of the root counts.
+        self.world.any(worth && self.world.is_root())
     }
 
     /// Collective. Writes what is still owed of the last accepted state; also after a failure.
@@ -362,10 +382,11 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Observer<C, D, N> for Reco
         self.state.full_steps += usize::from(step.full_step);
         let output = &self.scene.output;
         let due = |every: usize| step.last || step.full_step && self.state.full_steps.is_multiple_of(every);
-        let (snapshot, save) = (
-            due(output.snapshot_every.unwrap_or(usize::MAX)),
-            due(output.checkpoint_every),
-        );
+        let snapshot = due(output.snapshot_every.unwrap_or(usize::MAX));
+        let save = match output.checkpoint_every {
+            Some(every) => due(every),
+            None => step.last || self.checkpoint_is_worth_its_time(),
+        };
         if snapshot {
             self.snapshot(step.model)?;
         }

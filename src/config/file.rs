@@ -586,8 +586,9 @@ pub struct OutputKeys {
     pub directory: Option<String>,
     /// Snapshots of the material points; the first and the last state are always written.
     pub snapshots: Option<EveryKeys>,
-    /// Checkpoints from which `--restart` goes on; the last state, and the one before a stop by a signal, always give one.
-    pub checkpoint: CheckpointKeys,
+    /// Checkpoints from which `--restart` goes on; unless set, as often as takes a fiftieth of the wall time. The last
+    /// state, and the one before a stop by a signal, always give one.
+    pub checkpoint: Option<EveryKeys>,
     /// Columns of `history.csv`.
     pub history: Vec<HistoryKeys>,
 }
@@ -598,20 +599,6 @@ pub struct OutputKeys {
 pub struct EveryKeys {
     /// Number of steps between two of them, 1 or more.
     pub every: usize,
-}
-
-/// How often a checkpoint is written.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct CheckpointKeys {
-    /// Number of steps between two of them, 1 or more; 10 unless set. What a kill can cost is at most so many steps.
-    pub every: usize,
-}
-
-impl Default for CheckpointKeys {
-    fn default() -> Self {
-        Self { every: 10 }
-    }
 }
 
 /// A column of `history.csv`, or one per component: exactly one of the quantities.

@@ -211,6 +211,27 @@ impl Started {
         children_of(self.child.id(), "mpm-petsc")
     }
 
+    /// Sends a signal to the program, or to the `mpirun` that started it.
+    pub fn signal(&self, signal: Signal) {
+        let own = Pid::from_raw(self.child.id() as i32).expect("a process has a positive number");
+        kill_process(own, signal).expect("the program runs");
+    }
+
+    /// Kills the program, its ranks and `mpirun`, all of a sudden.
+    pub fn kill(&self) {
+        let own = Pid::from_raw(self.child.id() as i32).expect("a process has a positive number");
+        for process in self.ranks().into_iter().chain([own]) {
+            let _ = kill_process(process, Signal::KILL);
+        }
+    }
+
+    /// Whether the program has ended by itself.
+    pub fn has_ended(&self) -> bool {
+        let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.child.id())).unwrap_or_default();
+        stat.rsplit_once(')')
+            .is_none_or(|(_, tail)| tail.trim_start().starts_with('Z'))
+    }
+
     /// A file of the result folder.
     pub fn file(&self, name: &str) -> PathBuf {
         self.directory.as_ref().expect("a result folder was named").join(name)

@@ -27,10 +27,10 @@ impl Check<'_> {
             "0 steps between snapshots",
             "a whole number >= 1",
         );
-        let checkpoint_every = keys.checkpoint.every;
+        let checkpoint_every = keys.checkpoint.as_ref().map(|checkpoint| checkpoint.every);
         let place = path.key("checkpoint").key("every");
         self.require(
-            checkpoint_every != 0,
+            checkpoint_every != Some(0),
             &place,
             "0 steps between checkpoints",
             "a whole number >= 1",

@@ -1,0 +1,11 @@
+//! Runs that are interrupted and go on: the same results as without, on the same ranks and on others; files that a
+//! restart cannot use.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod files;
+mod killed;
+mod ranks;
+mod scenes;
+mod signals;

@@ -1,0 +1,57 @@
+//! A run goes on on other numbers of ranks, and with other kinds of bodies.
+
+use crate::common::compare::same_history;
+use crate::common::results::Table;
+use crate::scenes::{BIAXIAL, CLASSICAL, ELEMENTS, Runs, Scene};
+
+/// Largest difference over the largest magnitude of a column.
+const AGREEMENT: f64 = 1e-8;
+
+fn stopped_and_continued(scene: Scene, rows: usize, from: usize, to: usize) {
+    let runs = Runs::of(scene);
+    let whole = runs.launch("whole", from).run().completed();
+    runs.interrupt("part", from, rows);
+    let part = runs.again("part", to).run().completed();
+    let title = format!("{}, from {from} ranks to {to}", scene.name);
+    if from == to {
+        for file in ["history.csv", "convergence.csv"] {
+            assert!(
+                runs.bytes("part", file) == runs.bytes("whole", file),
+                "{title}: {file} differs"
+            );
+        }
+    }
+    let [part_table, whole_table] = ["part", "whole"].map(|run| Table::read(&runs.file(run, "history.csv")));
+    same_history(&title, &part_table, &whole_table, AGREEMENT);
+    let (part, whole) = (part.summary(), whole.summary());
+    assert_eq!(part.count("steps"), whole.count("steps"));
+    assert_eq!(part.count("attempts"), whole.count("attempts"));
+    assert_eq!(part.count("ranks"), to);
+}
+
+#[test]
+fn from_one_to_two() {
+    stopped_and_continued(BIAXIAL, 7, 1, 2);
+}
+
+#[test]
+fn from_two_to_one() {
+    stopped_and_continued(BIAXIAL, 7, 2, 1);
+}
+
+#[test]
+fn from_two_to_three() {
+    stopped_and_continued(BIAXIAL, 7, 2, 3);
+}
+
+#[test]
+fn finite_elements() {
+    stopped_and_continued(ELEMENTS, 3, 1, 1);
+    stopped_and_continued(ELEMENTS, 3, 2, 1);
+}
+
+#[test]
+fn classical_continuum() {
+    stopped_and_continued(CLASSICAL, 5, 2, 2);
+    stopped_and_continued(CLASSICAL, 5, 1, 2);
+}

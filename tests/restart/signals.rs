@@ -1,0 +1,82 @@
+//! Signals that ask a run to stop.
+
+use crate::common::launch::Run;
+use crate::scenes::{BIAXIAL, Runs, wait_for_rows};
+use rustix::process::Signal;
+
+/// A run that gets signals once it has five rows.
+fn signalled(runs: &Runs, ranks: usize, signals: &[Signal]) -> Run {
+    let started = runs.launch("part", ranks).start();
+    assert!(wait_for_rows(&started, &runs.file("part", "history.csv"), 5));
+    signals.iter().for_each(|&signal| started.signal(signal));
+    started.wait()
+}
+
+fn goes_on_as_if_nothing_had_happened(runs: &Runs, ranks: usize) {
+    runs.launch("whole", ranks).run().completed();
+    let last = runs.again("part", ranks).run().completed();
+    for file in ["history.csv", "convergence.csv"] {
+        assert!(runs.bytes("part", file) == runs.bytes("whole", file), "{file} differs");
+    }
+    assert_eq!(last.summary().text("status"), "completed");
+    assert_eq!(
+        last.stdout
+            .lines()
+            .filter(|line| line.starts_with("goes on after step"))
+            .count(),
+        1
+    );
+}
+
+#[test]
+fn user_signal_through_mpirun() {
+    let runs = Runs::of(BIAXIAL);
+    let run = signalled(&runs, 2, &[Signal::USR1]).expect_code(4);
+    let summary = run.summary();
+    assert_eq!((summary.text("status"), summary.count("exit_code")), ("interrupted", 4));
+    assert_eq!(
+        run.complaints("error: stopped by a signal after step").len(),
+        1,
+        "{}",
+        run.stderr
+    );
+    assert_eq!(run.history().rows.len(), summary.count("steps") + 1);
+    let convergence = run.convergence();
+    assert_eq!(
+        convergence.accepted().count(),
+        convergence.attempts.len(),
+        "the iterations that were given up are told of nowhere"
+    );
+    goes_on_as_if_nothing_had_happened(&runs, 2);
+}
+
+/// mpirun ends its ranks with the same signal and kills them a second later; the checkpoint is there by then.
+#[test]
+fn termination_through_mpirun() {
+    let runs = Runs::of(BIAXIAL);
+    let run = signalled(&runs, 2, &[Signal::TERM]);
+    assert!(!run.status.success(), "{:?}", run.status);
+    assert!(runs.file("part", "checkpoint.h5").exists());
+    goes_on_as_if_nothing_had_happened(&runs, 2);
+}
+
+#[test]
+fn each_signal_without_mpirun() {
+    for signal in [Signal::INT, Signal::TERM, Signal::USR1] {
+        let runs = Runs::of(BIAXIAL);
+        signalled(&runs, 1, &[signal]).expect_code(4);
+        if signal == Signal::INT {
+            goes_on_as_if_nothing_had_happened(&runs, 1);
+        }
+    }
+}
+
+/// While the process stands still both signals wait for it, so that the second finds the first unanswered.
+#[test]
+fn a_second_signal_ends_the_run_at_once() {
+    let runs = Runs::of(BIAXIAL);
+    let run = signalled(&runs, 1, &[Signal::STOP, Signal::TERM, Signal::INT, Signal::CONT]);
+    assert!(matches!(run.code(), Some(130 | 143)), "{:?}", run.status);
+    assert!(!run.file("summary.json").exists());
+    goes_on_as_if_nothing_had_happened(&runs, 1);
+}
