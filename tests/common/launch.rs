@@ -70,7 +70,7 @@ impl Launch {
     }
 
     /// Checks instead of running.
-    pub fn as_check(self) -> Self {
+    pub fn checking(self) -> Self {
         self.before("check")
     }
 

@@ -37,7 +37,7 @@ stages:
 /// The lines of advice about a scene with overrides.
 fn advice(scene: &str, overrides: &[&str]) -> Vec<String> {
     let run = Launch::text(scene).no_output().set(overrides);
-    let check = run.as_check().run().completed();
+    let check = run.checking().run().completed();
     assert_eq!(check.stderr, "");
     let lines = check.stdout.lines().filter_map(|line| line.strip_prefix("advice: "));
     lines.map(str::to_owned).collect()
@@ -127,7 +127,7 @@ fn symmetric_halves_are_seen() {
 
 #[test]
 fn the_size_of_a_run_is_estimated() {
-    let check = Launch::text(BLOCK).no_output().as_check().run().completed();
+    let check = Launch::text(BLOCK).no_output().checking().run().completed();
     for line in [
         "degrees of freedom  105",
         "steps               20",
@@ -137,6 +137,6 @@ fn the_size_of_a_run_is_estimated() {
         assert!(check.stdout.contains(line), "{line}\n{}", check.stdout);
     }
     let many = ["stages.0.steps=100000", "grid.cell_size=1.0e-3"];
-    let check = Launch::text(BLOCK).no_output().as_check().set(&many).run().completed();
+    let check = Launch::text(BLOCK).no_output().checking().set(&many).run().completed();
     assert!(check.stdout.contains("cost class          hours") || check.stdout.contains("cost class          days"));
 }
