@@ -101,7 +101,8 @@ fn plane_strain_is_enough(scene: &Scene, unknowns: usize) -> Option<String> {
         (0..3).find(|&axis| out_of_plane(axis, unknowns).all(|component| held_everywhere(scene, component, axis)))?;
     let name = ["x", "y", "z"][axis];
     Some(format!(
-        "nothing can move along {name}: kinematics: plane_strain gives the same with {} instead of {unknowns} unknowns per node",
+        "nothing can move along {name}: kinematics: plane_strain gives the same with {} instead of {unknowns} \
+         unknowns per node",
         if unknowns == 3 { 2 } else { 3 }
     ))
 }
