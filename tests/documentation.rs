@@ -183,7 +183,7 @@ fn the_schema_takes_good_configurations_and_no_misspelled_ones() {
         "key_of_another_section",
         "list_instead_of_keys",
         "misspelled_key",
-        "missing_key",
+        "stage_without_a_name",
         "shape_with_two_keys",
         "text_for_a_number",
         "unknown_section",
@@ -286,6 +286,26 @@ fn the_python_code_of_the_tour_runs() {
         .iter()
         .map(|snippet| finish(Command::new(&python).args(["-c", snippet]), &folder))
         .collect();
+    let pages = blocks(&read("docs/results.md"), "python");
+    assert_eq!(pages.len(), 3, "h5py, pyvista and the history");
+    assert!(
+        pages.iter().all(|snippet| snippet.lines().count() <= 12),
+        "about ten lines each"
+    );
+    let read_back: String = pages
+        .iter()
+        .map(|snippet| finish(Command::new(&python).args(["-c", snippet]), &folder))
+        .collect();
+    for expected in [
+        "144 points at 3 times",
+        "largest chi at the end",
+        "144 points, shear stress",
+        "21 rows, last load",
+    ] {
+        assert!(read_back.contains(expected), "no \"{expected}\" in: {read_back}");
+    }
+    let picture = fs::read(folder.join("chi.png")).expect("the picture is drawn");
+    assert!(picture.starts_with(b"\x89PNG") && picture.len() > 2_000);
     for expected in ["peak 5.69", "3 snapshots of 144 points", "differ by up to"] {
         assert!(printed.contains(expected), "no \"{expected}\" in: {printed}");
     }

@@ -69,7 +69,7 @@ pub fn estimates(unknowns: usize, points: u64, scene: &Scene) -> Vec<String> {
 /// Where a scene models more than it needs, or resolves less than it says.
 pub fn advice<C: Fields<D, N>, const D: usize, const N: usize>(built: &Built<C, D, N>, scene: &Scene) -> Vec<String> {
     let mut advice = Vec::new();
-    advice.extend(plane_strain_is_enough::<C, D, N>(scene));
+    advice.extend(plane_strain_is_enough(scene, N));
     advice.extend(rotations_are_idle(scene, &C::IS_TRANSLATION));
     advice.extend(cells_and_lengths(scene));
     advice.extend(too_many_points(built.points, built.active_cells));
@@ -97,21 +97,23 @@ fn held_everywhere(scene: &Scene, component: usize, axis: usize) -> bool {
 }
 
 /// In space, an axis along which nothing can move.
-fn plane_strain_is_enough<C: Fields<D, N>, const D: usize, const N: usize>(scene: &Scene) -> Option<String> {
+fn plane_strain_is_enough(scene: &Scene, unknowns: usize) -> Option<String> {
     if scene.kinematics != Kinematics::ThreeDimensional {
         return None;
     }
-    let axis = (0..3).find(|&axis| out_of_plane::<N>(axis).all(|component| held_everywhere(scene, component, axis)))?;
+    let axis =
+        (0..3).find(|&axis| out_of_plane(axis, unknowns).all(|component| held_everywhere(scene, component, axis)))?;
     let name = ["x", "y", "z"][axis];
     Some(format!(
-        "nothing can move along {name}: kinematics: plane_strain gives the same with {} instead of {N} unknowns per node",
-        if N == 3 { 2 } else { 3 }
+        "nothing can move along {name}: kinematics: plane_strain gives the same with {} instead of {unknowns} \
+         unknowns per node",
+        if unknowns == 3 { 2 } else { 3 }
     ))
 }
 
 /// Components that leave the plane across an axis: the translation along it, the rotations about the others.
-fn out_of_plane<const N: usize>(axis: usize) -> impl Iterator<Item = usize> {
-    let rotations = (3..N.min(6)).filter(move |component| component - 3 != axis);
+fn out_of_plane(axis: usize, unknowns: usize) -> impl Iterator<Item = usize> {
+    let rotations = (3..unknowns.min(6)).filter(move |component| component - 3 != axis);
     std::iter::once(axis).chain(rotations)
 }
 

@@ -5,6 +5,7 @@ use super::build::Built;
 use crate::continuum::Fields;
 use crate::scene::{LoadKind, Scene, Target};
 use std::collections::{HashMap, HashSet};
+use std::hash::{DefaultHasher, Hash, Hasher};
 
 /// Steps of a coordinate within a cell by which points are told apart; the offset keeps lattices off their bounds.
 const STEPS_PER_CELL: f64 = 4096.0;
@@ -157,7 +158,15 @@ impl Mirror {
             }
             (place, points.material[p], points.marks[p] & carried)
         };
-        let known: HashSet<_> = (0..points.len()).map(|p| place(p, false)).collect();
-        (0..points.len()).all(|p| known.contains(&place(p, true)))
+        // Sums of hashes do not depend on the order: equal ones mean equal sets of points, as good as always.
+        let sum = |mirrored: bool| {
+            let hashes = (0..points.len()).map(|p| {
+                let mut hasher = DefaultHasher::new();
+                place(p, mirrored).hash(&mut hasher);
+                hasher.finish()
+            });
+            hashes.fold(0, u64::wrapping_add)
+        };
+        sum(false) == sum(true)
     }
 }

@@ -56,10 +56,11 @@ impl Findings {
         }
     }
 
-    /// Puts the problems in order: overrides first, then by line.
+    /// Puts the problems in order, each once: overrides first, then by line.
     pub fn sort(&mut self) {
         self.problems
             .sort_by_key(|problem| (problem.file != "--set", problem.place));
+        self.problems.dedup();
     }
 
     /// Whether so much is wrong that no more is looked for.

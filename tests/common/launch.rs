@@ -64,6 +64,21 @@ impl Launch {
         launch
     }
 
+    /// Drives a material along a path given as text.
+    pub fn point(yaml: &str) -> Self {
+        Launch::text(yaml).no_output().before("point")
+    }
+
+    /// Checks instead of running.
+    pub fn checking(self) -> Self {
+        self.before("check")
+    }
+
+    fn before(mut self, command: &str) -> Self {
+        self.arguments.insert(0, command.to_owned());
+        self
+    }
+
     /// Runs on so many ranks; one rank runs without `mpirun`.
     pub fn ranks(mut self, ranks: usize) -> Self {
         self.ranks = ranks;

@@ -3,11 +3,14 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod advice;
 mod bad_input;
 mod columns;
 mod commands;
 mod halving;
+mod point;
 mod repetition;
 mod scenes;
 mod shapes;
 mod stopping;
+mod templates;

@@ -135,7 +135,9 @@ impl Check<'_> {
             let bounds = intersection(variants[from].bounds, shape_bounds);
             let empty = (0..3).any(|axis| bounds.0[axis] >= bounds.1[axis]);
             let mut scaled = variants[from].keys.clone();
-            if !variants[from].used || empty || !scale(&mut scaled, keys) {
+            // A factor out of bounds has been reported.
+            let wrong = keys.scale.values().any(|factor| *factor <= 0.0);
+            if wrong || !variants[from].used || empty || !scale(&mut scaled, keys) {
                 continue;
             }
             let spec = match scaled.resolve(self.continuum, self.config.solver.return_map_tolerance) {

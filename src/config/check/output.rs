@@ -162,9 +162,12 @@ impl Check<'_> {
         let (boundary, component) = self.boundary_component(path, keys)?;
         let entry = &self.config.boundary[boundary];
         let prescribed = entry.fix.contains(&keys.component) || entry.moves.contains_key(&keys.component);
+        // Where what it prescribes is wrong, it is not known.
+        let place = Path::root().key("boundary").index(boundary);
+        let known = self.sound(&place.key("fix")) && self.sound(&place.key("move"));
         let message = format!("the boundary \"{}\" leaves {} free", keys.boundary, keys.component);
         let right = self.require(
-            prescribed,
+            prescribed || !known,
             &path.key("component"),
             message,
             "a component that it fixes or moves",

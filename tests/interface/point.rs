@@ -1,0 +1,189 @@
+//! `mpm-petsc point`: paths through the program against the reference, and what it says when a path ends early.
+
+use crate::common::launch::Launch;
+use crate::common::results::Table;
+use nalgebra::Matrix3;
+use serde_json::Value;
+
+fn reference() -> Value {
+    serde_json::from_str(include_str!("../reference/point_states.json")).expect("valid JSON")
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().expect("a number")
+}
+
+/// The angle whose slope is `6 sin / (3 - sin)`, in degrees.
+fn angle(slope: &Value) -> f64 {
+    let slope = number(slope);
+    (3.0 * slope / (6.0 + slope)).asin().to_degrees()
+}
+
+/// The material of the reference paths, and a path to the given end.
+fn scene(kinematics: &str, end: &str) -> String {
+    let all = reference();
+    let m = &all["materials"]["shear"];
+    format!(
+        "materials:\n  rock: {{law: drucker_prager, lame_lambda: {:e}, shear_modulus: {:e}, coupling_modulus: {:e}, alpha: {:e}, \
+         beta: {:e}, gamma: {:e},\n    friction_angle: {:?}, dilatancy_angle: {:?}, yield_strength: {:e}, plastic_length: {:e}}}\n\
+         solver: {{return_map_tolerance: 1.0e-13}}\n\
+         path: {{material: rock, kinematics: {kinematics}, {end}}}\n",
+        number(&m["lam"]),
+        number(&m["mu"]),
+        number(&m["kappa"]),
+        number(&m["alpha"]),
+        number(&m["beta"]),
+        number(&m["gamma"]),
+        angle(&m["alphaDP"]),
+        angle(&m["betaDP"]),
+        number(&m["k"]),
+        number(&m["lp"]),
+    )
+}
+
+fn table(text: &str) -> Table {
+    let folder = crate::common::folder::Folder::new();
+    Table::read(&folder.write("path.csv", text))
+}
+
+fn tensor(table: &Table, name: &str, row: usize) -> Matrix3<f64> {
+    const AXES: [&str; 3] = ["x", "y", "z"];
+    Matrix3::from_fn(|i, j| table.column(&format!("{name}_{}{}", AXES[i], AXES[j]))[row])
+}
+
+#[test]
+fn paths_agree_with_the_reference() {
+    let all = reference();
+    for (name, end) in [
+        ("shear_Q1", "[[1.0, 0.2], [0.0, 1.0]]"),
+        ("compression", "[[1.0, 0.0], [0.0, 0.9]]"),
+    ] {
+        let expected = all["paths"][name].as_array().expect("a path");
+        let text = scene("plane_strain", &format!("steps: 20, deformation_gradient: {end}"));
+        let run = Launch::point(&text).run().completed();
+        let found = table(&run.stdout);
+        assert_eq!(found.rows.len(), expected.len());
+        for (row, expected) in expected.iter().enumerate() {
+            let theirs = |key: &str| Matrix3::from_fn(|i, j| number(&expected[key][i][j]));
+            let f = tensor(&found, "F", row);
+            assert!((f - theirs("F")).norm() < 1e-14, "{name} {row}");
+            assert!((tensor(&found, "Q", row) - theirs("Q")).norm() < 1e-15, "{name} {row}");
+            let volume = f.determinant();
+            let (ours, tau) = (tensor(&found, "stress", row) * volume, theirs("tau"));
+            assert!((ours - tau).norm() <= 1e-8 * tau.norm(), "{name} {row}: {ours} {tau}");
+            for (column, key, scale) in [
+                ("chi", "chi", 1.0),
+                ("pressure", "p", volume),
+                ("von_mises", "q", volume),
+            ] {
+                let (ours, theirs) = (found.column(column)[row] * scale, number(&expected[key]));
+                assert!(
+                    (ours - theirs).abs() <= 1e-8 * theirs.abs(),
+                    "{name} {row} {column}: {ours} {theirs}"
+                );
+            }
+            let iterations = found.column("local_iterations")[row];
+            assert_eq!(
+                iterations > 0.0,
+                number(&expected["chi"]) > 0.0,
+                "{name} {row}: {iterations}"
+            );
+        }
+    }
+}
+
+/// What is printed can be read as a file of states, which gives the same again.
+#[test]
+fn a_printed_path_can_be_driven_again() {
+    let end = "steps: 7, deformation_gradient: [[1.0, 0.1, 0.02], [0.03, 1.1, 0.0], [0.0, 0.0, 0.95]], \
+               rotation: [0.1, -0.2, 0.3], wryness: [[1.0, 2.0, 0.0], [0.0, 3.0, 0.0], [4.0, 0.0, 0.0]]";
+    let first = Launch::point(&scene("three_dimensional", end)).run().completed();
+    let again = Launch::point(&scene("three_dimensional", "file: states.csv"))
+        .beside("states.csv", &first.stdout)
+        .run()
+        .completed();
+    assert_eq!(first.stdout, again.stdout);
+    assert_eq!(first.stdout.lines().count(), 8);
+}
+
+#[test]
+fn classical_laws_and_whole_scenes_are_driven_too() {
+    let text = "
+model: {kinematics: three_dimensional, continuum: classical}
+materials: {steel: {law: von_mises, youngs_modulus: 2.0e11, poisson_ratio: 0.3, yield_strength: 1.0e8}}
+path: {material: steel, steps: 4, deformation_gradient: [[1.01, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]}
+stages: [{name: not read, steps: many}]
+";
+    let run = Launch::point(text).run().completed();
+    let found = table(&run.stdout);
+    assert!(!run.stdout.contains("couple_stress"));
+    // q of the Kirchhoff stress is the strength; p = K ln J.
+    let row = 3;
+    assert!((found.column("von_mises")[row] * 1.01 - 1.0e8).abs() < 1.0);
+    let bulk = 2.0e11 / (3.0 * (1.0 - 2.0 * 0.3));
+    let pressure = bulk * 1.01_f64.ln() / 1.01;
+    assert!((found.column("pressure")[row] - pressure).abs() < 1e-9 * pressure);
+}
+
+/// A cylinder that softens has no answer once its strength is used up: rows so far, the step, and exit code 3.
+#[test]
+fn a_law_without_an_answer_ends_the_path_with_its_step() {
+    let text = "
+materials: {clay: {law: von_mises, youngs_modulus: 1.0e8, poisson_ratio: 0.3, yield_strength: 1.0e5,
+                   hardening_modulus: -1.0e6}}
+path: {material: clay, kinematics: plane_strain, continuum: classical, steps: 20,
+       deformation_gradient: [[1.0, 0.4], [0.0, 1.0]]}
+";
+    let run = Launch::point(text).run().expect_code(3);
+    let rows = run.stdout.lines().count() - 1;
+    assert!((1..20).contains(&rows), "{rows}");
+    let message = format!("error: step {} of 20: the law finds no stress: ", rows + 1);
+    assert!(run.stderr.starts_with(&message), "{}", run.stderr);
+}
+
+#[test]
+fn wrong_paths_are_explained() {
+    let plane = |end: &str| scene("plane_strain", end);
+    for (text, message) in [
+        (plane("steps: 0"), "path.steps: 0 is out of bounds"),
+        (plane("rotation: 0.1"), "path.steps: this key is missing"),
+        (
+            plane("steps: 2, file: a.csv"),
+            "path.steps: the states of the path come from a file",
+        ),
+        (plane("file: a.csv"), "a.csv: there is no such file"),
+        (
+            plane("steps: 2, deformation_gradient: [[1, 0]]"),
+            "path.deformation_gradient: this is no tensor",
+        ),
+        (
+            plane("steps: 2, deformation_gradient: [[-1, 0], [0, 1]]"),
+            "step 1: the deformation gradient has no positive",
+        ),
+        (
+            plane("steps: 2, rotation: [0.1, 0, 0]"),
+            "the deformation leaves the plane",
+        ),
+        (
+            plane("steps: 2, wryness: [[1, 0, 0], [0, 0, 0], [0, 0, 0]]"),
+            "the deformation leaves the plane",
+        ),
+        (plane("steps: 2, rotaton: 0.1"), "did you mean \"rotation\"?"),
+        (
+            plane("steps: 2").replace("material: rock", "material: rok"),
+            "there is no material named \"rok\", did you mean \"rock\"?",
+        ),
+        (
+            plane("steps: 2").replace("kinematics: plane_strain, ", ""),
+            "path.kinematics: this key is missing",
+        ),
+        (
+            plane("steps: 2, continuum: classical, rotation: 0.1"),
+            "does not know this key",
+        ),
+    ] {
+        let run = Launch::point(&text).run().expect_code(2);
+        assert!(run.stderr.contains(message), "{message}\n{}", run.stderr);
+        assert_eq!(run.stdout, "");
+    }
+}
