@@ -153,6 +153,8 @@ pub enum PointField {
     TwistY,
     TwistZ,
     Chi,
+    Alpha,
+    Damage,
     Pressure,
     VonMises,
     Stress,

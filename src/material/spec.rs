@@ -51,11 +51,69 @@ pub struct PlasticParameters {
     pub tolerance: f64,
 }
 
+/// Parameters of the sandstone law (docs/theory.md).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SandstoneParameters {
+    /// G [Pa].
+    pub shear_modulus: f64,
+    /// K [Pa].
+    pub bulk_modulus: f64,
+    /// Gc [Pa].
+    pub coupling_modulus: f64,
+    /// Coefficient of tr(Gamma) I [N].
+    pub alpha: f64,
+    /// Coefficient 2 beta of skew Gamma [N].
+    pub beta: f64,
+    /// Coefficient 2 gamma of sym Gamma [N].
+    pub gamma: f64,
+    /// Without it the law is elastic.
+    pub plastic: Option<SandstoneYield>,
+    /// Without it nothing is damaged.
+    pub damage: Option<SandstoneDamage>,
+}
+
+/// Yield surface, potential and hardening of the sandstone law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SandstoneYield {
+    /// k = sqrt(3) b0 [Pa].
+    pub strength: f64,
+    /// mf = sqrt(3) m_phi [-].
+    pub friction_slope: f64,
+    /// md = sqrt(3) m_psi [-].
+    pub dilatancy_slope: f64,
+    /// h_delta [Pa].
+    pub hardening_stress: f64,
+    /// h_exp [-].
+    pub hardening_rate: f64,
+    /// h_d [-].
+    pub dilation_rate: f64,
+    /// l_J2 [m].
+    pub plastic_length: f64,
+    /// a1 to a4 of the generalised invariant J2 [-].
+    pub weights: [f64; 4],
+    /// Rounding of the cone at its apex [Pa].
+    pub apex_rounding: f64,
+    /// Tolerance of the local iteration [-].
+    pub tolerance: f64,
+}
+
+/// Damage of the sandstone law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SandstoneDamage {
+    /// l_d [m].
+    pub length: f64,
+    /// eps_f [-].
+    pub softening_modulus: f64,
+    /// Largest omega [-].
+    pub max_damage: f64,
+}
+
 /// A law with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MaterialSpec {
     Elastic(ElasticModuli),
     Elastoplastic(ElasticModuli, PlasticParameters),
+    Sandstone(SandstoneParameters),
 }
 
 /// Names of the laws.
