@@ -159,22 +159,24 @@ impl Sandstone {
             }
             out.source_strain.force[(k, l)] = -flow.dilation_rate * change.multiplier;
         }
-        // A unit of f, and what each component of the wryness adds to f and to q.
+        // A unit of f, and what each component of the wryness adds to f, to q and with it to the multiplier.
         let unit = change_of(COLUMNS - 1, 0.0, None);
         let of_unit = self.force_change(base, &unit);
+        let of_multiplier = self.force_by_multiplier(base, flow);
         let shear_by_wryness = base.trial.wryness.invariant_by_wryness(flow.ratio) * (1.5 / flow.shear);
         for &(k, l) in T::WRYNESS {
             let shear = shear_by_wryness[(k, l)];
             let amount = -flow.excess_by_shear() * shear;
+            let direct = flow.ratio * shear / 1.5;
+            let force = of_unit * amount + of_multiplier * direct;
             for &(i, j) in T::STRETCH {
-                out.micropolar.force_wryness[(component(i, j), component(k, l))] = of_unit.at((i, j)) * amount;
+                out.micropolar.force_wryness[(component(i, j), component(k, l))] = force.at((i, j));
             }
             for &(i, j) in T::WRYNESS {
                 out.micropolar.couple_wryness[(component(i, j), component(k, l))] +=
                     couple_by_ratio[(i, j)] * unit.ratio * amount;
             }
-            let multiplier = unit.multiplier * amount + flow.ratio * shear / 1.5;
-            out.source_strain.couple[(k, l)] = -flow.dilation_rate * multiplier;
+            out.source_strain.couple[(k, l)] = -flow.dilation_rate * (unit.multiplier * amount + direct);
         }
     }
 
@@ -189,6 +191,13 @@ impl Sandstone {
         for &(i, j) in T::STRETCH {
             out.micropolar.force_stretch[(component(i, j), component(k, l))] = force.at((i, j));
         }
+    }
+
+    /// Change of `B` with the multiplier at fixed `S` and `y`: through the volume alone.
+    fn force_by_multiplier<T: Tensor>(&self, base: &Base<T>, flow: &Flow<T>) -> T {
+        let trial = base.trial;
+        let rate = -self.flow.pressure_rate(trial.volume * base.plastic_volume()) * flow.dilation_rate;
+        base.trial_cofactor * trial.old_inverse.transpose() * (rate * trial.scale * self.parameters.shear_modulus)
     }
 
     /// `dB`.
