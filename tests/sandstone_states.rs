@@ -138,7 +138,12 @@ fn state_differences(state: &Value, case: &Case) -> Vec<String> {
     for (what, ours, theirs, scale) in [
         ("B", stress.micropolar.force.transpose(), tensor(&state["B_KJ"]), 1.0),
         ("M", stress.micropolar.couple, tensor(&state["M_JI"]), 1.0),
-        ("Fp", new.inverse_plastic_deformation.try_inverse().expect("regular"), plastic, 1.0),
+        (
+            "Fp",
+            new.inverse_plastic_deformation.try_inverse().expect("regular"),
+            plastic,
+            1.0,
+        ),
         ("Gp", new.plastic_wryness, tensor(&state["Gp"]), wryness_scale),
     ] {
         note(what, (ours - theirs).norm(), theirs.norm().max(scale * 1e-6));
@@ -202,7 +207,11 @@ fn tangent_difference(state: &Value, case: &Case, components: Components) -> f64
             let difference = (tangent_entry(&moduli, row, column) - theirs).abs();
             let (i, j) = (place(row).0, place(column).0);
             largest[i][j] = largest[i][j].max(theirs.abs());
-            worst[i][j] = if difference.is_nan() { f64::INFINITY } else { worst[i][j].max(difference) };
+            worst[i][j] = if difference.is_nan() {
+                f64::INFINITY
+            } else {
+                worst[i][j].max(difference)
+            };
         }
     }
     // Blocks that vanish hold what rounding leaves of stresses of 1e4 MPa.
@@ -231,7 +240,11 @@ fn compare(change: impl Fn(&mut SandstoneParameters)) -> (usize, Vec<String>) {
             let case = Case::new(state, &parameters, components);
             count += 1;
             let differences = state_differences(state, &case);
-            found.extend(differences.into_iter().map(|what| format!("{name}, {components:?}: {what}")));
+            found.extend(
+                differences
+                    .into_iter()
+                    .map(|what| format!("{name}, {components:?}: {what}")),
+            );
             let tangent = tangent_difference(state, &case, components);
             if tangent > TANGENT_TOLERANCE {
                 found.push(format!("{name}, {components:?}: tangent {tangent:.3e}"));
@@ -261,7 +274,9 @@ fn comparison_notices_slips_in_the_law() {
         ("constant dilatancy", |p| plastic(p).dilation_rate = 0.0),
         ("symmetric deviator", |p| plastic(p).weights = [0.25, 0.25, 0.5, 0.0]),
         ("coupling with the other sign", |p| p.coupling_modulus *= -1.0),
-        ("another softening", |p| p.damage.as_mut().expect("damage").softening_modulus *= -1.0),
+        ("another softening", |p| {
+            p.damage.as_mut().expect("damage").softening_modulus *= -1.0
+        }),
         ("rounded apex", |p| plastic(p).apex_rounding = 0.1),
     ];
     for (what, slip) in slips {

@@ -72,7 +72,7 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
     let ghost = scene
         .ghost
         .as_ref()
-        .map(|ghost| GhostPenalty::new(&grid, ghost, &C::IS_TRANSLATION));
+        .map(|ghost| GhostPenalty::new(&grid, ghost, &C::KIND));
     let mut model = Model {
         initial_grid: grid.clone(),
         follow_face: settings.follow_face,

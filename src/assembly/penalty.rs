@@ -1,6 +1,7 @@
 //! The ghost penalty in residual and tangent: it acts on the increments of the step.
 
 use super::{Sink, active::Active};
+use crate::continuum::UnknownKind;
 use crate::grid::Grid;
 use crate::grid::ghost::{GhostFaces, GhostScaling, GhostSettings, penalty};
 
@@ -13,8 +14,9 @@ pub struct GhostPenalty {
 }
 
 impl GhostPenalty {
-    /// `is_translation` tells the kind of each unknown of a node.
-    pub fn new<const D: usize>(grid: &Grid<D>, settings: &GhostSettings, is_translation: &[bool]) -> Self {
+    /// `kinds` tells what each unknown of a node is. A nonlocal damage field needs no penalty: its own equation holds it
+    /// wherever there is material.
+    pub fn new<const D: usize>(grid: &Grid<D>, settings: &GhostSettings, kinds: &[UnknownKind]) -> Self {
         let power = match settings.scaling {
             GhostScaling::Paper => 3,
             GhostScaling::Stiffness => 1,
@@ -22,14 +24,12 @@ impl GhostPenalty {
         let mut result = Self {
             matrices: Vec::new(),
             power,
-            coefficients: is_translation
+            coefficients: kinds
                 .iter()
-                .map(|&translation| {
-                    if translation {
-                        settings.translation
-                    } else {
-                        settings.rotation
-                    }
+                .map(|kind| match kind {
+                    UnknownKind::Translation => settings.translation,
+                    UnknownKind::Rotation => settings.rotation,
+                    UnknownKind::Damage => 0.0,
                 })
                 .collect(),
         };

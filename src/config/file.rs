@@ -80,6 +80,8 @@ pub enum ContinuumName {
     /// Displacement and independent rotation.
     #[default]
     Micropolar,
+    /// Displacement, independent rotation and a nonlocal damage field, for `law: sandstone`.
+    GradientMicropolar,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -398,7 +400,8 @@ fn default_halvings() -> u32 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SolverKeys {
-    /// Out-of-balance force over external and support force, > 0 and < 1.
+    /// Out-of-balance force over external and support force, > 0 and < 1; also the residual of a nonlocal damage field
+    /// over its own terms.
     pub force_tolerance: f64,
     /// Work of the out-of-balance force on the last correction [J], > 0; off unless set.
     pub energy_tolerance: Option<f64>,
@@ -562,6 +565,8 @@ pub enum FieldName {
     TwistY,
     TwistZ,
     Chi,
+    Alpha,
+    Damage,
     Pressure,
     VonMises,
     Stress,

@@ -238,10 +238,7 @@ fn part<const D: usize, const M: usize, const N: usize>(jet: &Jet<D, N>) -> Jet<
 }
 
 /// `alpha` and `Grad alpha` at the end of the step.
-fn nonlocal<const D: usize, const N: usize>(
-    motion: &GradientMicropolarMotion,
-    jet: &Jet<D, N>,
-) -> (f64, Vector3<f64>) {
+fn nonlocal<const D: usize, const N: usize>(motion: &GradientMicropolarMotion, jet: &Jet<D, N>) -> (f64, Vector3<f64>) {
     let f = &motion.micropolar.deformation_gradient;
     let change = Vector3::from_fn(|i, _| (0..D).map(|j| jet.gradient[(N - 1, j)] * f[(j, i)]).sum());
     (motion.alpha + jet.value[N - 1], motion.alpha_gradient + change)
@@ -318,8 +315,12 @@ fn tangent<const D: usize, const M: usize, const N: usize>(
     let of_source = Micropolar::strain_rates(&frame.micropolar, &moduli.source_strain);
     *out = Tangent::zero();
     embed(&inner.source_value, &mut out.source_value);
-    out.source_value.fixed_view_mut::<M, 1>(0, N - 1).copy_from(&by_alpha.source);
-    out.source_value.fixed_view_mut::<1, M>(N - 1, 0).copy_from(&of_source.source.transpose());
+    out.source_value
+        .fixed_view_mut::<M, 1>(0, N - 1)
+        .copy_from(&by_alpha.source);
+    out.source_value
+        .fixed_view_mut::<1, M>(N - 1, 0)
+        .copy_from(&of_source.source.transpose());
     out.source_value[(N - 1, N - 1)] = moduli.source_alpha;
     let f = &frame.old_deformation;
     let conductivity = f * f.transpose() * moduli.flux_gradient;
@@ -338,9 +339,6 @@ fn tangent<const D: usize, const M: usize, const N: usize>(
 }
 
 /// Puts a block of the micropolar unknowns in its place.
-fn embed<const M: usize, const N: usize>(
-    block: &nalgebra::SMatrix<f64, M, M>,
-    out: &mut nalgebra::SMatrix<f64, N, N>,
-) {
+fn embed<const M: usize, const N: usize>(block: &nalgebra::SMatrix<f64, M, M>, out: &mut nalgebra::SMatrix<f64, N, N>) {
     out.fixed_view_mut::<M, M>(0, 0).copy_from(block);
 }

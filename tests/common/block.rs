@@ -86,7 +86,7 @@ pub fn model<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         rotation: 1.0e5,
         scaling: GhostScaling::Paper,
     };
-    let ghost = Some(GhostPenalty::new(&grid, &settings, &C::IS_TRANSLATION));
+    let ghost = Some(GhostPenalty::new(&grid, &settings, &C::KIND));
     Model {
         initial_grid: grid.clone(),
         elements: None,

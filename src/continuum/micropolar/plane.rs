@@ -4,7 +4,8 @@
 //! about a fixed axis, `dGamma_3b = dK_l F~_lb`, and the couples work on `M_3j = S_3b F~_jb` alone.
 
 use super::{
-    Continuum, Micropolar, MicropolarModuli, MicropolarMotion, MicropolarStrain, MicropolarStress, StrainRates, advanced,
+    Continuum, Micropolar, MicropolarModuli, MicropolarMotion, MicropolarStrain, MicropolarStress, StrainRates,
+    advanced,
 };
 use crate::continuum::tensor::component;
 use crate::continuum::{Fields, Flux, Jet, Observation, Tangent, UnknownKind};
@@ -24,7 +25,11 @@ pub struct PlaneFrame {
 
 impl Fields<2, 3> for Micropolar {
     const UNKNOWNS: [&'static str; 3] = ["ux", "uy", "rz"];
-    const KIND: [UnknownKind; 3] = [UnknownKind::Translation, UnknownKind::Translation, UnknownKind::Rotation];
+    const KIND: [UnknownKind; 3] = [
+        UnknownKind::Translation,
+        UnknownKind::Translation,
+        UnknownKind::Rotation,
+    ];
     type Frame = PlaneFrame;
 
     fn strain(motion: &MicropolarMotion, jet: &Jet<2, 3>) -> Option<(MicropolarStrain, PlaneFrame)> {

@@ -55,11 +55,7 @@ impl<T: Tensor> Exponential<T> {
         let transposed = change.transpose();
         let (j2, j3) = (a.dot(&transposed), self.square.dot(&transposed));
         let [c0, c1, c2] = [0, 1, 2].map(|k| self.by_j2[k] * j2 + self.by_j3[k] * j3);
-        T::identity() * c0
-            + a * c1
-            + self.square * c2
-            + *change * self.f[1]
-            + (a * *change + *change * a) * self.f[2]
+        T::identity() * c0 + a * c1 + self.square * c2 + *change * self.f[1] + (a * *change + *change * a) * self.f[2]
     }
 }
 

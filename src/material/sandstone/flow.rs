@@ -387,10 +387,13 @@ impl FlowRule {
                 }
                 return state.accept();
             }
-            let factors = self.system_of::<T, N>(plastic, trial, &state).factorise().ok_or(NoSolution {
-                what: "the local problem of the flow is singular",
-                residual: merit.sqrt(),
-            })?;
+            let factors = self
+                .system_of::<T, N>(plastic, trial, &state)
+                .factorise()
+                .ok_or(NoSolution {
+                    what: "the local problem of the flow is singular",
+                    residual: merit.sqrt(),
+                })?;
             state = self.correct(plastic, trial, &state, &factors)?;
             last = Some(factors);
         }
@@ -428,9 +431,7 @@ impl FlowRule {
         let mut fraction = 1.0;
         for _ in 0..=MOST_HALVINGS {
             let next = self.step(plastic, trial, state, &correction, fraction);
-            let better = |next: &Iterate<T>| {
-                next.merit() <= (1.0 - 1e-4 * fraction) * merit || next.converged(plastic)
-            };
+            let better = |next: &Iterate<T>| next.merit() <= (1.0 - 1e-4 * fraction) * merit || next.converged(plastic);
             if let Some(next) = next.filter(better) {
                 return Ok(next);
             }
@@ -459,7 +460,12 @@ impl FlowRule {
         (ratio > 0.0).then(|| self.at(plastic, trial, &deviator, ratio))?
     }
 
-    fn system_of<T: Tensor, const N: usize>(&self, plastic: &Plastic, trial: &Trial<T>, state: &Iterate<T>) -> System<N> {
+    fn system_of<T: Tensor, const N: usize>(
+        &self,
+        plastic: &Plastic,
+        trial: &Trial<T>,
+        state: &Iterate<T>,
+    ) -> System<N> {
         self.system(plastic, trial, &state.point.isochoric, &state.flow)
     }
 
@@ -487,8 +493,7 @@ impl FlowRule {
         for (row, &pair) in T::DEVIATOR.iter().enumerate() {
             system.rows[row][N - 1] = -residual.at(pair);
         }
-        system.rows[N - 1][N - 1] =
-            flow.excess_by_shear() * flow.shear_by_ratio() - flow.fall * flow.shear / 1.5;
+        system.rows[N - 1][N - 1] = flow.excess_by_shear() * flow.shear_by_ratio() - flow.fall * flow.shear / 1.5;
         system
     }
 

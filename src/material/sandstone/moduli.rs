@@ -59,7 +59,9 @@ impl Sandstone {
         let Ok(trial) = self.trial::<T>(strain, old) else {
             return;
         };
-        let point = self.converged(&trial, strain, old, new).unwrap_or_else(|| self.flow.elastic(&trial));
+        let point = self
+            .converged(&trial, strain, old, new)
+            .unwrap_or_else(|| self.flow.elastic(&trial));
         let ratio = point.flow.as_ref().map_or(0.0, |flow| flow.ratio);
         let base = Base {
             trial: &trial,
@@ -83,12 +85,17 @@ impl Sandstone {
         }
         let flowing = point.flow.as_ref().zip(self.flow.plastic());
         let solved = flowing.and_then(|(flow, plastic)| {
-            let factors = self.flow.system::<T, N>(plastic, &trial, &point.isochoric, flow).factorise()?;
+            let factors = self
+                .flow
+                .system::<T, N>(plastic, &trial, &point.isochoric, flow)
+                .factorise()?;
             Some((flow, plastic, factors))
         });
         match solved {
             None => self.elastic_columns(&base, out),
-            Some((flow, plastic, factors)) => self.plastic_columns::<T, N, COLUMNS>(&base, flow, plastic, &factors, out),
+            Some((flow, plastic, factors)) => {
+                self.plastic_columns::<T, N, COLUMNS>(&base, flow, plastic, &factors, out)
+            }
         }
     }
 
@@ -215,10 +222,13 @@ impl Sandstone {
             None => (T::identity(), None, 0.0),
             Some(flow) => {
                 let plastic = self.flow.plastic().expect("only a law with a yield surface flows");
-                let exponent =
-                    flow.direction * -change.ratio - plastic.direction(&change.deviator) * flow.ratio;
+                let exponent = flow.direction * -change.ratio - plastic.direction(&change.deviator) * flow.ratio;
                 let rate = flow.exponential.rate(&exponent);
-                (flow.exponential.value, Some(rate), flow.dilation_rate * change.multiplier)
+                (
+                    flow.exponential.value,
+                    Some(rate),
+                    flow.dilation_rate * change.multiplier,
+                )
             }
         };
         let pressure = self.flow.pressure_rate(trial.volume * base.plastic_volume()) * (change.volume - dilation);
