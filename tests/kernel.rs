@@ -9,7 +9,7 @@ mod block;
 #[path = "common/cases.rs"]
 mod cases;
 
-use block::{ELASTIC, PLASTIC, field, model};
+use block::{ELASTIC, PLASTIC, SANDSTONE, field, model};
 use mpm_petsc::app::Laws;
 use mpm_petsc::assembly::Sink;
 use mpm_petsc::assembly::kernel::Workspace;
@@ -17,6 +17,7 @@ use mpm_petsc::assembly::model::{Model, StepSystem};
 use mpm_petsc::clock::Clock;
 use mpm_petsc::continuum::Fields;
 use mpm_petsc::continuum::classical::Classical;
+use mpm_petsc::continuum::gradient_micropolar::GradientMicropolar;
 use mpm_petsc::continuum::micropolar::Micropolar;
 use mpm_petsc::grid::basis::{Basis, Gimp, Linear};
 use mpm_petsc::material::spec::MaterialSpec;
@@ -165,6 +166,7 @@ fn main() {
     let world = World::start().expect("MPI starts once");
     let elastic = MaterialSpec::Elastic(ELASTIC);
     let plastic = MaterialSpec::Elastoplastic(ELASTIC, PLASTIC);
+    let sandstone = MaterialSpec::Sandstone(SANDSTONE);
     cases::run(&[
         ("plane_linear_elastic", &|| {
             taylor::<Micropolar, 2, 3>(&world, Box::new(Linear), elastic, 0.3)
@@ -195,6 +197,15 @@ fn main() {
         }),
         ("classical_space_gimp_plastic", &|| {
             taylor::<Classical, 3, 3>(&world, Box::new(Gimp), plastic, 0.05)
+        }),
+        ("damage_plane_linear_elastic", &|| {
+            taylor::<GradientMicropolar, 2, 4>(&world, Box::new(Linear), sandstone, 0.001)
+        }),
+        ("damage_plane_gimp_plastic", &|| {
+            taylor::<GradientMicropolar, 2, 4>(&world, Box::new(Gimp), sandstone, 0.05)
+        }),
+        ("damage_space_linear_plastic", &|| {
+            taylor::<GradientMicropolar, 3, 7>(&world, Box::new(Linear), sandstone, 0.05)
         }),
         ("rigid_motion_makes_no_forces", &|| {
             rigid_motion::<Micropolar, 6>(&world)
