@@ -143,7 +143,7 @@ fn obeys_the_laws_of_materials_without_damage() {
                 law: &law,
                 components,
                 length: 1.0e-3,
-                step: 2e-7,
+                step: 1e-6,
             };
             check::micropolar(&subject, &situations);
         }
@@ -342,8 +342,12 @@ fn refuses_what_is_not_finite() {
 fn every_trial_state_is_returned() {
     for components in [Components::Plane, Components::Space] {
         let mut random = Random::new(19);
-        let rounded = Sandstone::new(&general(), components);
-        let literal = Sandstone::new(&plastic(general(), |p| p.apex_rounding = 0.0), components);
+        // A dilatancy that dies out soon could not bring all volumes back.
+        let lasting = |rounding: f64| {
+            let change = |p: &mut SandstoneYield| (p.dilation_rate, p.apex_rounding) = (1.0, rounding);
+            Sandstone::new(&plastic(general(), change), components)
+        };
+        let (rounded, literal) = (lasting(1.0e4), lasting(0.0));
         let mut plastic = 0;
         for index in 0..2000 {
             let size = 0.1 * random.number().abs();
