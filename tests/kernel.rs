@@ -205,7 +205,7 @@ fn main() {
             taylor::<GradientMicropolar, 2, 4>(&world, Box::new(Gimp), sandstone, 0.05)
         }),
         ("damage_space_linear_plastic", &|| {
-            taylor::<GradientMicropolar, 3, 7>(&world, Box::new(Linear), sandstone, 0.05)
+            taylor::<GradientMicropolar, 3, 7>(&world, Box::new(Linear), sandstone, 0.02)
         }),
         ("rigid_motion_makes_no_forces", &|| {
             rigid_motion::<Micropolar, 6>(&world)
