@@ -183,6 +183,8 @@ pub enum PointField {
     TwistY,
     TwistZ,
     Chi,
+    Alpha,
+    Damage,
     Pressure,
     VonMises,
     Stress,

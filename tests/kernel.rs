@@ -10,7 +10,7 @@ mod block;
 #[path = "common/cases.rs"]
 mod cases;
 
-use block::{ELASTIC, PLASTIC, field, model};
+use block::{ELASTIC, PLASTIC, SANDSTONE, field, model};
 use mpm_petsc::app::Laws;
 use mpm_petsc::assembly::Sink;
 use mpm_petsc::assembly::kernel::Workspace;
@@ -22,6 +22,7 @@ use mpm_petsc::condition::pressure::{Patch, Pressure, Side};
 use mpm_petsc::condition::weak::{Goal, Measure, Tie, platen_of};
 use mpm_petsc::continuum::Fields;
 use mpm_petsc::continuum::classical::Classical;
+use mpm_petsc::continuum::gradient_micropolar::GradientMicropolar;
 use mpm_petsc::continuum::micropolar::Micropolar;
 use mpm_petsc::grid::basis::{BSpline, Basis, Gimp, Linear};
 use mpm_petsc::material::spec::MaterialSpec;
@@ -287,6 +288,7 @@ fn main() {
     let world = World::start().expect("MPI starts once");
     let elastic = MaterialSpec::Elastic(ELASTIC);
     let plastic = MaterialSpec::Elastoplastic(ELASTIC, PLASTIC);
+    let sandstone = MaterialSpec::Sandstone(SANDSTONE);
     cases::run(&[
         ("plane_linear_elastic", &|| {
             taylor::<Micropolar, 2, 3>(&world, Box::new(Linear), elastic, 0.3)
@@ -331,6 +333,18 @@ fn main() {
         }),
         ("pressure_on_a_closed_surface", &|| {
             pressure_on_a_closed_surface::<Micropolar, 6>(&world)
+        }),
+        ("damage_plane_linear_elastic", &|| {
+            taylor::<GradientMicropolar, 2, 4>(&world, Box::new(Linear), sandstone, 0.001)
+        }),
+        ("damage_plane_gimp_plastic", &|| {
+            taylor::<GradientMicropolar, 2, 4>(&world, Box::new(Gimp), sandstone, 0.05)
+        }),
+        ("damage_plane_splines_plastic", &|| {
+            taylor::<GradientMicropolar, 2, 4>(&world, Box::new(BSpline::new(2)), sandstone, 0.05)
+        }),
+        ("damage_space_linear_plastic", &|| {
+            taylor::<GradientMicropolar, 3, 7>(&world, Box::new(Linear), sandstone, 0.02)
         }),
         ("rigid_motion_makes_no_forces", &|| {
             rigid_motion::<Micropolar, 6>(&world, Box::new(Gimp));

@@ -133,7 +133,7 @@ fn rotations_are_idle(scene: &Scene, is_translation: &[bool]) -> Option<String> 
     let coupled = scene
         .materials
         .iter()
-        .any(|material| material.spec.elastic().kappa > 0.0);
+        .any(|material| material.spec.coupling_modulus() > 0.0);
     (has_rotations && !driven && !coupled).then(|| {
         "the coupling modulus is zero and nothing drives rotations: they stay zero; \
          continuum: classical has fewer unknowns per node"

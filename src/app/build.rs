@@ -77,10 +77,7 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         let virgin = |material: usize, state: &mut [f64]| laws[material].initial_state(state);
         seed(world, &grid, &scene.bodies, &scene.regions, state_length, virgin)
     };
-    let ghost = scene
-        .ghost
-        .as_ref()
-        .map(|ghost| GhostPenalty::new(ghost, &C::IS_TRANSLATION));
+    let ghost = scene.ghost.as_ref().map(|ghost| GhostPenalty::new(ghost, &C::KIND));
     let mut model = Model {
         initial_grid: grid.clone(),
         follow_face: settings.follow_face,

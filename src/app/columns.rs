@@ -1,6 +1,6 @@
 //! History columns: numbers drawn from the accepted state.
 
-use super::snapshot::{chi_of, mean_stress, von_mises};
+use super::snapshot::{mean_stress, state_scalar, von_mises};
 use crate::assembly::model::Model;
 use crate::condition::Time;
 use crate::continuum::{Fields, Observation};
@@ -129,7 +129,8 @@ fn value_of<C: Fields<D, N>, const D: usize, const N: usize>(
     match field {
         PointField::Displacement => vector(&mut value, points.displacement[p].as_slice()),
         PointField::Position => vector(&mut value, points.position[p].as_slice()),
-        PointField::Chi => value[0] = chi_of(model, p),
+        PointField::Chi => value[0] = state_scalar(model, p, "chi"),
+        PointField::Damage => value[0] = state_scalar(model, p, "damage"),
         _ => {
             let Observation {
                 stress,
@@ -137,6 +138,7 @@ fn value_of<C: Fields<D, N>, const D: usize, const N: usize>(
                 wryness,
                 rotation,
                 twist,
+                alpha,
                 volume_ratio,
             } = C::observe_fields(&points.motion[p], &points.stress[p]);
             match field {
@@ -150,7 +152,8 @@ fn value_of<C: Fields<D, N>, const D: usize, const N: usize>(
                 PointField::CoupleStress => tensor(&mut value, couple_stress),
                 PointField::Wryness => tensor(&mut value, wryness),
                 PointField::Volume => value[0] = volume_ratio * points.volume[p],
-                PointField::Displacement | PointField::Position | PointField::Chi => {}
+                PointField::Alpha => value[0] = alpha.unwrap_or_default(),
+                PointField::Displacement | PointField::Position | PointField::Chi | PointField::Damage => {}
             }
         }
     }

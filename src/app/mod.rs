@@ -14,11 +14,13 @@ mod templates;
 use crate::clock::Clock;
 use crate::config::{Input, Source};
 use crate::continuum::classical::Classical;
+use crate::continuum::gradient_micropolar::GradientMicropolar;
 use crate::continuum::micropolar::Micropolar;
 use crate::continuum::{Continuum, Fields};
 use crate::error::Error;
 use crate::interrupt::Interrupt;
-use crate::material::{Components, Material, classical_law, micropolar_law, spec::MaterialSpec};
+use crate::material::spec::MaterialSpec;
+use crate::material::{Components, Material, classical_law, gradient_micropolar_law, micropolar_law};
 use crate::output::progress::{Mode, Progress};
 use crate::parallel::World;
 use crate::petsc::{Partitioner, Session};
@@ -62,6 +64,12 @@ impl Laws for Micropolar {
     }
 }
 
+impl Laws for GradientMicropolar {
+    fn law(spec: &MaterialSpec, components: Components) -> Box<dyn Material<Self>> {
+        gradient_micropolar_law(spec, components)
+    }
+}
+
 /// Collective. Checks or runs a scene: the one place that picks continuum and dimension.
 ///
 /// # Errors
@@ -79,6 +87,12 @@ pub fn execute(world: &World, scene: &Scene, source: &Source, task: Task, clock:
         }
         (Kinematics::ThreeDimensional, ContinuumKind::Micropolar) => {
             perform::<Micropolar, 3, 6>(world, scene, source, task, clock)
+        }
+        (Kinematics::PlaneStrain, ContinuumKind::GradientMicropolar) => {
+            perform::<GradientMicropolar, 2, 4>(world, scene, source, task, clock)
+        }
+        (Kinematics::ThreeDimensional, ContinuumKind::GradientMicropolar) => {
+            perform::<GradientMicropolar, 3, 7>(world, scene, source, task, clock)
         }
     }
 }

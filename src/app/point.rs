@@ -4,6 +4,7 @@ use super::{Laws, print, read_input};
 use crate::config::point::{PointTask, TENSOR};
 use crate::continuum::ContinuumKind;
 use crate::continuum::classical::Classical;
+use crate::continuum::gradient_micropolar::GradientMicropolar;
 use crate::continuum::micropolar::Micropolar;
 use crate::error::Error;
 use crate::material::Components;
@@ -24,6 +25,7 @@ pub fn point(world: &World, file: &str, overrides: &[String]) -> Result<(), Erro
     let (text, outcome) = match task.continuum {
         ContinuumKind::Classical => table::<Classical>(&task),
         ContinuumKind::Micropolar => table::<Micropolar>(&task),
+        ContinuumKind::GradientMicropolar => table::<GradientMicropolar>(&task),
     };
     print(world, || Ok(text)).and(outcome)
 }
@@ -90,6 +92,10 @@ fn row(step: usize, deformation: &Deformation, answer: &Answer) -> Vec<(String, 
     single("pressure", pressure.to_string());
     single("von_mises", (1.5 * deviator.norm_squared()).sqrt().to_string());
     single("chi", answer.chi.unwrap_or(0.0).to_string());
+    if let Some(alpha) = seen.alpha {
+        single("alpha", alpha.to_string());
+        single("damage", answer.damage.unwrap_or(0.0).to_string());
+    }
     single("local_iterations", answer.local_iterations.to_string());
     row
 }

@@ -1,7 +1,7 @@
 //! What a snapshot shows of the points.
 
 use crate::assembly::model::Model;
-use crate::continuum::{Fields, Observation};
+use crate::continuum::{Fields, Observation, UnknownKind};
 use crate::output::{PointField, PointValues};
 use crate::points::select::in_space;
 use nalgebra::{Matrix3, Vector3};
@@ -17,12 +17,16 @@ pub fn von_mises(stress: &Matrix3<f64>) -> f64 {
     (1.5f64).sqrt() * (symmetric - Matrix3::identity() * mean_stress(stress)).norm()
 }
 
-/// Equivalent plastic strain; zero for laws without.
-pub fn chi_of<C: Fields<D, N>, const D: usize, const N: usize>(model: &Model<C, D, N>, p: usize) -> f64 {
+/// A state variable of one number, such as the equivalent plastic strain `chi`; zero for laws without.
+pub fn state_scalar<C: Fields<D, N>, const D: usize, const N: usize>(
+    model: &Model<C, D, N>,
+    p: usize,
+    name: &str,
+) -> f64 {
     let variables = model.laws[model.points.material[p] as usize].state_variables();
     let mut offset = 0;
     for variable in variables {
-        if variable.name == "chi" {
+        if variable.name == name {
             return model.points.state_of(p)[offset];
         }
         offset += variable.length;
@@ -78,7 +82,7 @@ pub fn fields<C: Fields<D, N>, const D: usize, const N: usize>(
         },
         PointField {
             name: "chi",
-            values: scalars(&|p| chi_of(model, p)),
+            values: scalars(&|p| state_scalar(model, p, "chi")),
         },
     ];
     if C::IS_TRANSLATION.contains(&false) {
@@ -93,6 +97,16 @@ pub fn fields<C: Fields<D, N>, const D: usize, const N: usize>(
         fields.push(PointField {
             name: "rotation",
             values: vectors(&|seen| seen.rotation),
+        });
+    }
+    if C::KIND.contains(&UnknownKind::Damage) {
+        fields.push(PointField {
+            name: "alpha",
+            values: scalars(&|p| observed[p].alpha.unwrap_or_default()),
+        });
+        fields.push(PointField {
+            name: "damage",
+            values: scalars(&|p| state_scalar(model, p, "damage")),
         });
     }
     (points.position.iter().map(in_space).collect(), fields)

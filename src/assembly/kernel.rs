@@ -10,7 +10,7 @@
 use super::Sink;
 use super::active::Active;
 use crate::clock::{Clock, Phase};
-use crate::continuum::{Fields, Flux, Jet, Tangent};
+use crate::continuum::{Fields, Flux, Jet, Tangent, UnknownKind};
 use crate::material::{Material, NoSolution};
 use crate::points::Points;
 use crate::points::search::{Batch, Batches};
@@ -98,8 +98,9 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Workspace<C, D, N> {
         Ok(())
     }
 
-    /// Adds the internal forces at local increments `u`; leaves trial stresses and states in the points. Returns the
-    /// sum of squares of the unassembled forces: the scale of what cancels in equilibrium.
+    /// Adds the internal forces at local increments `u`; leaves trial stresses and states in the points. Returns sums
+    /// of squares of what the batches add, the scale of what cancels: of forces and couples, and of the equation of a
+    /// nonlocal damage field.
     pub fn add_internal_forces(
         &mut self,
         laws: &[Box<dyn Material<C>>],
@@ -108,8 +109,8 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Workspace<C, D, N> {
         points: &mut Points<C, D>,
         u: &[f64],
         forces: &mut [f64],
-    ) -> Result<f64, OutOfDomain> {
-        let mut scale = 0.0;
+    ) -> Result<[f64; 2], OutOfDomain> {
+        let mut scale = [0.0; 2];
         let clock = self.clock.clone();
         let _kernel = clock.enter(Phase::Constitutive);
         for (index, batch) in batches.batches.iter().enumerate() {
@@ -130,7 +131,9 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Workspace<C, D, N> {
                     .iter_mut()
                     .zip(own)
                     .for_each(|(sum, force)| *sum += force);
-                scale += own.iter().map(|force| force * force).sum::<f64>();
+                for (force, kind) in own.iter().zip(C::KIND) {
+                    scale[usize::from(kind == UnknownKind::Damage)] += force * force;
+                }
             }
         }
         Ok(scale)

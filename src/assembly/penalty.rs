@@ -1,6 +1,7 @@
 //! The ghost penalty in residual and tangent: it acts on the increments of the step.
 
 use super::{Sink, active::Active};
+use crate::continuum::UnknownKind;
 use crate::grid::ghost::{GhostFaces, GhostScaling, GhostSettings};
 
 /// Coefficients of the penalty for each unknown of a node.
@@ -10,15 +11,17 @@ pub struct GhostPenalty {
 }
 
 impl GhostPenalty {
-    /// `is_translation` tells the kind of each unknown of a node.
-    pub fn new(settings: &GhostSettings, is_translation: &[bool]) -> Self {
-        let coefficient = |&translation: &bool| match translation {
-            true => settings.translation,
-            false => settings.rotation,
+    /// `kinds` tells what each unknown of a node is. A nonlocal damage field needs no penalty: its own equation holds it
+    /// wherever there is material.
+    pub fn new(settings: &GhostSettings, kinds: &[UnknownKind]) -> Self {
+        let coefficient = |kind: &UnknownKind| match kind {
+            UnknownKind::Translation => settings.translation,
+            UnknownKind::Rotation => settings.rotation,
+            UnknownKind::Damage => 0.0,
         };
         Self {
             scaling: settings.scaling,
-            coefficients: is_translation.iter().map(coefficient).collect(),
+            coefficients: kinds.iter().map(coefficient).collect(),
         }
     }
 

@@ -84,6 +84,8 @@ pub enum ContinuumName {
     /// Displacement and independent rotation.
     #[default]
     Micropolar,
+    /// Displacement, independent rotation and a nonlocal damage field, for `law: sandstone`.
+    GradientMicropolar,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -477,7 +479,8 @@ fn default_halvings() -> u32 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SolverKeys {
-    /// Out-of-balance force over external and support force, > 0 and < 1.
+    /// Out-of-balance force over external and support force, > 0 and < 1; also the residual of a nonlocal damage field
+    /// over its own terms.
     pub force_tolerance: f64,
     /// Work of the out-of-balance force on the last correction [J], > 0; off unless set.
     pub energy_tolerance: Option<f64>,
@@ -644,6 +647,8 @@ pub enum FieldName {
     TwistY,
     TwistZ,
     Chi,
+    Alpha,
+    Damage,
     Pressure,
     VonMises,
     Stress,
@@ -722,8 +727,10 @@ pub struct PathKeys {
     pub rotation: Option<OneOrPerAxis<f64>>,
     /// Wryness at the end [1/m]: 3 rows of 3 numbers, in plane strain only `zx` and `zy` not zero; none unless set.
     pub wryness: Option<Vec<Vec<f64>>>,
+    /// Nonlocal damage field at the end [-], where the continuum has one; zero unless set.
+    pub alpha: Option<f64>,
     /// CSV file of states, relative to the configuration, with names in its first line: any of `F_xx` to `F_zz`, `rotation_x`
-    /// to `rotation_z` and `wryness_xx` to `wryness_zz`, the others as without deformation; further columns that `point`
+    /// to `rotation_z`, `wryness_xx` to `wryness_zz` and `alpha`, the others as without deformation; further columns that `point`
     /// prints are passed over.
     pub file: Option<String>,
 }

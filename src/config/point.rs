@@ -21,7 +21,15 @@ pub const TENSOR: [&str; 9] = ["xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "
 
 /// Names before `_xx` or `_x` of all columns that `point` prints, and of those without components.
 pub const COLUMNS: [&str; 6] = ["F", "Q", "rotation", "wryness", "stress", "couple_stress"];
-pub const SINGLE_COLUMNS: [&str; 5] = ["step", "pressure", "von_mises", "chi", "local_iterations"];
+pub const SINGLE_COLUMNS: [&str; 7] = [
+    "step",
+    "pressure",
+    "von_mises",
+    "chi",
+    "alpha",
+    "damage",
+    "local_iterations",
+];
 
 /// A material and its path, checked.
 #[derive(Clone, Debug)]
@@ -87,6 +95,7 @@ impl PointCheck<'_> {
         match self.keys.continuum.or(of_model).unwrap_or_default() {
             ContinuumName::Classical => ContinuumKind::Classical,
             ContinuumName::Micropolar => ContinuumKind::Micropolar,
+            ContinuumName::GradientMicropolar => ContinuumKind::GradientMicropolar,
         }
     }
 
@@ -130,6 +139,12 @@ impl PointCheck<'_> {
                     "a classical continuum has no rotation and no wryness",
                     "both zero, or not set",
                 ))
+            } else if !continuum.has_damage() && deformation.alpha != 0.0 {
+                Some((
+                    key,
+                    "this continuum has no nonlocal damage field",
+                    "alpha zero or not set, or continuum: gradient_micropolar",
+                ))
             } else {
                 None
             };
@@ -156,6 +171,7 @@ impl PointCheck<'_> {
                 Some(rows) => self.tensor("wryness", rows, Kinematics::ThreeDimensional)?,
                 None => Matrix3::zeros(),
             },
+            alpha: keys.alpha.unwrap_or(0.0),
         };
         let Some(steps) = keys.steps else {
             self.report("steps", "this key is missing", "a number of steps, or a file of states");
@@ -217,6 +233,7 @@ impl PointCheck<'_> {
             ("deformation_gradient", keys.deformation_gradient.is_some()),
             ("rotation", keys.rotation.is_some()),
             ("wryness", keys.wryness.is_some()),
+            ("alpha", keys.alpha.is_some()),
         ];
         for (key, _) in beside.iter().filter(|(_, set)| *set) {
             self.report(
@@ -266,7 +283,7 @@ type LineProblem = (usize, String, String);
 fn read_states(text: &str) -> Result<Vec<Deformation>, LineProblem> {
     let lines = text.lines().enumerate().map(|(index, line)| (index + 1, line.trim()));
     let mut lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
-    let accepted = "F_xx to F_zz, rotation_x to rotation_z, wryness_xx to wryness_zz";
+    let accepted = "F_xx to F_zz, rotation_x to rotation_z, wryness_xx to wryness_zz, alpha";
     let (first, names) = lines
         .next()
         .ok_or((1, "the file holds no states".to_owned(), accepted.to_owned()))?;
@@ -332,6 +349,9 @@ fn is_column(name: &str) -> bool {
 
 /// The number of a state that a column holds, if it is one that a path prescribes.
 fn entry_of<'a>(state: &'a mut Deformation, name: &str) -> Option<&'a mut f64> {
+    if name == "alpha" {
+        return Some(&mut state.alpha);
+    }
     let (base, component) = name.rsplit_once('_')?;
     let tensor = TENSOR
         .iter()

@@ -21,7 +21,7 @@
 //! them. One implementation serves both.
 
 use super::tensor::{pack_symmetric, pack_tensor, symmetric_component, unpack_symmetric, unpack_tensor};
-use super::{Continuum, Fields, Flux, Jet, Observation, Tangent, Variable};
+use super::{Continuum, Fields, Flux, Jet, Observation, Tangent, UnknownKind, Variable};
 use nalgebra::{Matrix3, SMatrix, SVector};
 
 /// Strain of a classical point, as its laws see it.
@@ -124,6 +124,7 @@ impl Continuum for Classical {
             wryness: None,
             rotation: None,
             twist: None,
+            alpha: None,
             volume_ratio,
         }
     }
@@ -150,7 +151,7 @@ const fn translations<const D: usize>() -> [&'static str; D] {
 
 impl<const D: usize> Fields<D, D> for Classical {
     const UNKNOWNS: [&'static str; D] = translations();
-    const IS_TRANSLATION: [bool; D] = [true; D];
+    const KIND: [UnknownKind; D] = [UnknownKind::Translation; D];
     type Frame = ClassicalFrame;
 
     fn strain(motion: &ClassicalMotion, jet: &Jet<D, D>) -> Option<(ClassicalStrain, ClassicalFrame)> {

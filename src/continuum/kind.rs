@@ -2,6 +2,7 @@
 
 use super::Fields;
 use super::classical::Classical;
+use super::gradient_micropolar::GradientMicropolar;
 use super::micropolar::Micropolar;
 
 /// Which continuum a body is.
@@ -11,6 +12,8 @@ pub enum ContinuumKind {
     Classical,
     /// Displacement and independent rotation.
     Micropolar,
+    /// Displacement, independent rotation and a nonlocal damage field.
+    GradientMicropolar,
 }
 
 impl ContinuumKind {
@@ -21,6 +24,8 @@ impl ContinuumKind {
             (ContinuumKind::Classical, _) => &<Classical as Fields<3, 3>>::UNKNOWNS,
             (ContinuumKind::Micropolar, 2) => &<Micropolar as Fields<2, 3>>::UNKNOWNS,
             (ContinuumKind::Micropolar, _) => &<Micropolar as Fields<3, 6>>::UNKNOWNS,
+            (ContinuumKind::GradientMicropolar, 2) => &<GradientMicropolar as Fields<2, 4>>::UNKNOWNS,
+            (ContinuumKind::GradientMicropolar, _) => &<GradientMicropolar as Fields<3, 7>>::UNKNOWNS,
         }
     }
 
@@ -28,7 +33,12 @@ impl ContinuumKind {
     pub fn has_rotations(self) -> bool {
         match self {
             ContinuumKind::Classical => false,
-            ContinuumKind::Micropolar => true,
+            ContinuumKind::Micropolar | ContinuumKind::GradientMicropolar => true,
         }
+    }
+
+    /// Whether a nonlocal damage field is among the unknowns.
+    pub fn has_damage(self) -> bool {
+        self == ContinuumKind::GradientMicropolar
     }
 }

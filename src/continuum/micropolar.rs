@@ -34,7 +34,7 @@ pub use space::SpaceFrame;
 
 use super::rotation::RotationIncrement;
 use super::tensor::{pack_tensor, unpack_tensor};
-use super::{Continuum, Observation, Variable};
+use super::{Continuum, Fields, Flux, Observation, Variable};
 use nalgebra::{Matrix3, Quaternion, SMatrix, UnitQuaternion, Vector3};
 use std::f64::consts::TAU;
 
@@ -112,6 +112,12 @@ impl Default for MicropolarMotion {
             twist: Vector3::zeros(),
         }
     }
+}
+
+/// How a number that depends on the strain changes with the unknowns of the step.
+pub trait StrainRates<const D: usize, const N: usize>: Fields<D, N> {
+    /// Derivatives by the jet of a number whose derivatives by stretch and wryness are given.
+    fn strain_rates(frame: &Self::Frame, by_strain: &MicropolarStress) -> Flux<D, N>;
 }
 
 /// Marker type of the micropolar continuum.
@@ -202,6 +208,7 @@ impl Continuum for Micropolar {
             wryness: Some(motion.wryness),
             rotation: Some(motion.rotation.scaled_axis()),
             twist: Some(motion.twist),
+            alpha: None,
             volume_ratio,
         }
     }

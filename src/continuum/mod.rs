@@ -4,6 +4,7 @@
 //! `D` dimensions*: increments of the step, with gradients on the coordinates at its start (docs/theory.md, section 1).
 
 pub mod classical;
+pub mod gradient_micropolar;
 mod kind;
 pub mod micropolar;
 pub mod rotation;
@@ -46,8 +47,14 @@ pub struct Variable {
 }
 
 /// Numbers that these variables take together.
-pub fn total_length(variables: &[Variable]) -> usize {
-    variables.iter().map(|variable| variable.length).sum()
+pub const fn total_length(variables: &[Variable]) -> usize {
+    let mut total = 0;
+    let mut index = 0;
+    while index < variables.len() {
+        total += variables[index].length;
+        index += 1;
+    }
+    total
 }
 
 /// What can be seen of a point in its accepted state, in three dimensions.
@@ -63,6 +70,8 @@ pub struct Observation {
     pub rotation: Option<Vector3<f64>>,
     /// Rotation about each axis, continued past full turns [rad].
     pub twist: Option<Vector3<f64>>,
+    /// Nonlocal damage field [-].
+    pub alpha: Option<f64>,
     /// Determinant of the deformation gradient [-].
     pub volume_ratio: f64,
 }
@@ -94,12 +103,35 @@ pub trait Continuum: Sized + 'static {
     fn observe(motion: &Self::Motion, stress: &Self::Stress) -> Observation;
 }
 
+/// What an unknown of a node is, and with it the units of its residual.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UnknownKind {
+    /// A displacement [m]; its residual is a force [N].
+    Translation,
+    /// A rotation [rad]; its residual is a couple [N m].
+    Rotation,
+    /// The nonlocal damage field [-]; its residual is a volume [m3].
+    Damage,
+}
+
+const fn translations<const N: usize>(kinds: [UnknownKind; N]) -> [bool; N] {
+    let mut result = [false; N];
+    let mut index = 0;
+    while index < N {
+        result[index] = matches!(kinds[index], UnknownKind::Translation);
+        index += 1;
+    }
+    result
+}
+
 /// The unknowns of a continuum in a given dimension; plane strain lives here.
 pub trait Fields<const D: usize, const N: usize>: Continuum {
     /// Names of the unknowns, as the configuration spells them.
     const UNKNOWNS: [&'static str; N];
+    /// What each unknown is; translations come first, in the order of the axes.
+    const KIND: [UnknownKind; N];
     /// Whether each unknown is a translation (its residual a force) or not.
-    const IS_TRANSLATION: [bool; N];
+    const IS_TRANSLATION: [bool; N] = translations(Self::KIND);
     /// Kinematic by-products of the strain that flux and tangent need again.
     type Frame: Copy;
 
@@ -124,6 +156,15 @@ impl<const D: usize, const N: usize> Jet<D, N> {
         Self {
             value: SVector::zeros(),
             gradient: SMatrix::zeros(),
+        }
+    }
+}
+
+impl<const D: usize, const N: usize> Flux<D, N> {
+    pub fn zero() -> Self {
+        Self {
+            source: SVector::zeros(),
+            flux: SMatrix::zeros(),
         }
     }
 }

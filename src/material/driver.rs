@@ -4,6 +4,7 @@
 
 use super::{Material, NoSolution};
 use crate::continuum::classical::{Classical, ClassicalMotion, ClassicalStrain};
+use crate::continuum::gradient_micropolar::{GradientMicropolar, GradientMicropolarMotion, GradientMicropolarStrain};
 use crate::continuum::micropolar::{Micropolar, MicropolarMotion, MicropolarStrain};
 use crate::continuum::{Continuum, Observation, total_length};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
@@ -17,6 +18,8 @@ pub struct Deformation {
     pub rotation: Vector3<f64>,
     /// Wryness [1/m]; not read by a classical continuum.
     pub wryness: Matrix3<f64>,
+    /// Nonlocal damage field [-], without a gradient; read by a continuum that has one.
+    pub alpha: f64,
 }
 
 impl Default for Deformation {
@@ -26,18 +29,20 @@ impl Default for Deformation {
             gradient: Matrix3::identity(),
             rotation: Vector3::zeros(),
             wryness: Matrix3::zeros(),
+            alpha: 0.0,
         }
     }
 }
 
 impl Deformation {
-    /// The share of this deformation that is reached after part of a path: linear in `F - I`, in the rotation vector and in
-    /// the wryness.
+    /// The share of this deformation that is reached after part of a path: linear in `F - I`, in the rotation vector, in
+    /// the wryness and in `alpha`.
     pub fn portion(&self, share: f64) -> Self {
         Self {
             gradient: Matrix3::identity() + (self.gradient - Matrix3::identity()) * share,
             rotation: self.rotation * share,
             wryness: self.wryness * share,
+            alpha: self.alpha * share,
         }
     }
 
@@ -56,6 +61,8 @@ pub struct Answer {
     pub observation: Observation,
     /// Equivalent plastic strain [-], where the law has one.
     pub chi: Option<f64>,
+    /// Damage [-], where the law has one.
+    pub damage: Option<f64>,
     /// Iterations of the local problem of the law.
     pub local_iterations: usize,
 }
@@ -92,6 +99,25 @@ impl Driven for Micropolar {
     }
 }
 
+impl Driven for GradientMicropolar {
+    fn prescribe(deformation: &Deformation) -> (GradientMicropolarStrain, GradientMicropolarMotion) {
+        let (strain, motion) = Micropolar::prescribe(deformation);
+        let alpha = deformation.alpha;
+        (
+            GradientMicropolarStrain {
+                micropolar: strain,
+                alpha,
+                alpha_gradient: Vector3::zeros(),
+            },
+            GradientMicropolarMotion {
+                micropolar: motion,
+                alpha,
+                alpha_gradient: Vector3::zeros(),
+            },
+        )
+    }
+}
+
 /// Drives a law from virgin material along a path: one answer per deformation, the last one a failure where the law finds
 /// no stress, which ends the path.
 pub fn drive<'a, C: Driven>(
@@ -101,7 +127,7 @@ pub fn drive<'a, C: Driven>(
     let mut old = vec![0.0; total_length(law.state_variables())];
     let mut new = old.clone();
     law.initial_state(&mut old);
-    let chi = position_of_chi(law);
+    let (chi, damage) = (position_in_state(law, "chi"), position_in_state(law, "damage"));
     let mut failed = false;
     path.map_while(move |deformation| {
         if failed {
@@ -116,6 +142,7 @@ pub fn drive<'a, C: Driven>(
         let answer = Answer {
             observation: C::observe(&motion, &stress),
             chi: chi.map(|at| new[at]),
+            damage: damage.map(|at| new[at]),
             local_iterations: law.local_iterations(&strain, &old),
         };
         std::mem::swap(&mut old, &mut new);
@@ -123,11 +150,11 @@ pub fn drive<'a, C: Driven>(
     })
 }
 
-/// Where in the state of a law the equivalent plastic strain stands.
-fn position_of_chi<C: Continuum>(law: &dyn Material<C>) -> Option<usize> {
+/// Where in the state of a law a variable stands.
+fn position_in_state<C: Continuum>(law: &dyn Material<C>, name: &str) -> Option<usize> {
     let mut begin = 0;
     for variable in law.state_variables() {
-        if variable.name == "chi" {
+        if variable.name == name {
             return Some(begin);
         }
         begin += variable.length;

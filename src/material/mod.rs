@@ -8,14 +8,17 @@ pub mod driver;
 pub mod drucker_prager;
 pub mod elastic;
 pub mod hencky;
+pub mod sandstone;
 pub mod spec;
 
 use crate::continuum::classical::Classical;
+use crate::continuum::gradient_micropolar::GradientMicropolar;
 use crate::continuum::micropolar::Micropolar;
 use crate::continuum::{Continuum, Variable};
 use drucker_prager::DruckerPrager;
 use elastic::Elastic;
 use hencky::{Hencky, HenckyPlasticity};
+use sandstone::Sandstone;
 use spec::MaterialSpec;
 
 /// Which components of strain and stress a scene can excite; a law solves for those alone.
@@ -63,6 +66,7 @@ pub fn classical_law(spec: &MaterialSpec, components: Components) -> Box<dyn Mat
     match spec {
         MaterialSpec::Elastic(moduli) => Box::new(Hencky::new(moduli, components)),
         MaterialSpec::Elastoplastic(moduli, plastic) => Box::new(HenckyPlasticity::new(moduli, plastic, components)),
+        MaterialSpec::Sandstone(_) => unreachable!("refused by MaterialKeys::resolve"),
     }
 }
 
@@ -71,5 +75,16 @@ pub fn micropolar_law(spec: &MaterialSpec, components: Components) -> Box<dyn Ma
     match spec {
         MaterialSpec::Elastic(moduli) => Box::new(Elastic::new(moduli, components)),
         MaterialSpec::Elastoplastic(moduli, plastic) => Box::new(DruckerPrager::new(moduli, plastic, components)),
+        MaterialSpec::Sandstone(parameters) => Box::new(Sandstone::new(parameters, components)),
+    }
+}
+
+/// The law of the gradient-enhanced micropolar continuum with these parameters.
+pub fn gradient_micropolar_law(spec: &MaterialSpec, components: Components) -> Box<dyn Material<GradientMicropolar>> {
+    match spec {
+        MaterialSpec::Sandstone(parameters) => Box::new(Sandstone::new(parameters, components)),
+        MaterialSpec::Elastic(_) | MaterialSpec::Elastoplastic(..) => {
+            unreachable!("refused by MaterialKeys::resolve")
+        }
     }
 }

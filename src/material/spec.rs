@@ -52,18 +52,77 @@ pub struct PlasticParameters {
     pub tolerance: f64,
 }
 
+/// Parameters of the sandstone law (docs/theory.md).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SandstoneParameters {
+    /// G [Pa].
+    pub shear_modulus: f64,
+    /// K [Pa].
+    pub bulk_modulus: f64,
+    /// Gc [Pa].
+    pub coupling_modulus: f64,
+    /// Coefficient of tr(Gamma) I [N].
+    pub alpha: f64,
+    /// Coefficient 2 beta of skew Gamma [N].
+    pub beta: f64,
+    /// Coefficient 2 gamma of sym Gamma [N].
+    pub gamma: f64,
+    /// Without it the law is elastic.
+    pub plastic: Option<SandstoneYield>,
+    /// Without it nothing is damaged.
+    pub damage: Option<SandstoneDamage>,
+}
+
+/// Yield surface, potential and hardening of the sandstone law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SandstoneYield {
+    /// k = sqrt(3) b0 [Pa].
+    pub strength: f64,
+    /// mf = sqrt(3) m_phi [-].
+    pub friction_slope: f64,
+    /// md = sqrt(3) m_psi [-].
+    pub dilatancy_slope: f64,
+    /// h_delta [Pa].
+    pub hardening_stress: f64,
+    /// h_exp [-].
+    pub hardening_rate: f64,
+    /// h_d [-].
+    pub dilation_rate: f64,
+    /// l_J2 [m].
+    pub plastic_length: f64,
+    /// a1 to a4 of the generalised invariant J2 [-].
+    pub weights: [f64; 4],
+    /// Rounding of the cone at its apex [Pa].
+    pub apex_rounding: f64,
+    /// Tolerance of the local iteration [-].
+    pub tolerance: f64,
+}
+
+/// Damage of the sandstone law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SandstoneDamage {
+    /// l_d [m].
+    pub length: f64,
+    /// eps_f [-].
+    pub softening_modulus: f64,
+    /// Largest omega [-].
+    pub max_damage: f64,
+}
+
 /// A law with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MaterialSpec {
     Elastic(ElasticModuli),
     Elastoplastic(ElasticModuli, PlasticParameters),
+    Sandstone(SandstoneParameters),
 }
 
 impl MaterialSpec {
-    /// The elastic part of the law.
-    pub fn elastic(&self) -> &ElasticModuli {
+    /// What ties rotations to displacements [Pa].
+    pub fn coupling_modulus(&self) -> f64 {
         match self {
-            MaterialSpec::Elastic(moduli) | MaterialSpec::Elastoplastic(moduli, _) => moduli,
+            MaterialSpec::Elastic(moduli) | MaterialSpec::Elastoplastic(moduli, _) => moduli.kappa,
+            MaterialSpec::Sandstone(parameters) => parameters.coupling_modulus,
         }
     }
 }
@@ -75,9 +134,14 @@ pub enum LawName {
     Elastic,
     DruckerPrager,
     VonMises,
+    /// Damage and plasticity of sandstone, where points rotate.
+    Sandstone,
 }
 
 /// What a user sets for a material.
+///
+/// The sandstone law (Neuner et al. 2024) takes `coupling_ratio` for the coupling, too; without `cohesion` and the keys
+/// that go with it, it is elastic (not with a nonlocal damage field, which nothing would drive then).
 ///
 /// Elasticity: `lame_lambda` and `shear_modulus`, or `youngs_modulus` and `poisson_ratio`, or `shear_modulus` and
 /// `bulk_modulus`. The rest of the elasticity and `plastic_length` belong to rotations, which a classical continuum does
@@ -130,6 +194,25 @@ pub struct MaterialKeys {
     pub hardening_modulus: Option<f64>,
     /// Internal length of plasticity l_p [m], > 0: weighs the couple-stress in the yield function.
     pub plastic_length: Option<f64>,
+    /// Coupling modulus over shear modulus, Gc/G [-], >= 0 (sandstone).
+    pub coupling_ratio: Option<f64>,
+    /// Fit A of the cone to Mohr-Coulomb [-], -1 (circumscribed) to 1 (inscribed); 1 unless set (sandstone).
+    pub cone_fit: Option<f64>,
+    /// Increase of the yield strength by hardening, h_delta [Pa], >= 0; 0 unless set (sandstone).
+    pub hardening_stress: Option<f64>,
+    /// Rate of the hardening with the equivalent plastic strain, h_exp [-], > 0 (sandstone).
+    pub hardening_rate: Option<f64>,
+    /// Rate at which dilatancy dies out with the equivalent plastic strain, h_d [-], >= 0; 0 unless set (sandstone).
+    pub dilation_rate: Option<f64>,
+    /// Rounding of the yield cone at its apex [Pa], >= 0 and below the strength in shear; 1e-3 of that unless set. With 0
+    /// there are strains without a stress (sandstone).
+    pub apex_rounding: Option<f64>,
+    /// Length over which damage spreads, l_d [m], > 0 (sandstone with a nonlocal damage field).
+    pub damage_length: Option<f64>,
+    /// Plastic growth of volume that damages, eps_f [-], > 0 (sandstone with a nonlocal damage field).
+    pub softening_modulus: Option<f64>,
+    /// Largest damage [-], > 0 and < 1; 0.99 unless set (sandstone with a nonlocal damage field).
+    pub max_damage: Option<f64>,
 }
 
 /// What is wrong with one key of a material; an empty key means the material as a whole.
@@ -165,8 +248,11 @@ const ROTATION_KEYS: [&str; 9] = [
 /// A key of plastic laws that belongs to rotations, too.
 const PLASTIC_LENGTH: &str = "plastic_length";
 
+/// How the sandstone law spells the coupling of the rotations.
+const COUPLING_RATIO: &str = "coupling_ratio";
+
 fn belongs_to_rotations(key: &str) -> bool {
-    ROTATION_KEYS.contains(&key) || key == PLASTIC_LENGTH
+    ROTATION_KEYS.contains(&key) || key == PLASTIC_LENGTH || key == COUPLING_RATIO
 }
 
 const DRUCKER_PRAGER_KEYS: [&str; 6] = [
@@ -178,22 +264,51 @@ const DRUCKER_PRAGER_KEYS: [&str; 6] = [
     "plastic_length",
 ];
 
+/// Keys of the yield surface of the sandstone law: all that must be set are, or none.
+const SANDSTONE_YIELD_KEYS: [&str; 9] = [
+    "cohesion",
+    "friction_angle",
+    "dilatancy_angle",
+    "plastic_length",
+    "cone_fit",
+    "hardening_stress",
+    "hardening_rate",
+    "dilation_rate",
+    "apex_rounding",
+];
+
+const DAMAGE_KEYS: [&str; 3] = ["damage_length", "softening_modulus", "max_damage"];
+
 const VON_MISES_KEYS: [&str; 3] = ["yield_strength", "hardening_modulus", "plastic_length"];
+
+/// Rounding of the apex of the sandstone law over the strength in shear, unless set: it changes results by 1e-8.
+const APEX_ROUNDING: f64 = 1e-3;
+
+/// Weights of the generalised invariant J2 (N 65): half the squares of Mandel stress and couple-stress.
+const INVARIANT_WEIGHTS: [f64; 4] = [0.5, 0.0, 0.5, 0.0];
 
 impl LawName {
     /// Keys that the law knows beside those of elasticity.
-    fn plastic_keys(self) -> &'static [&'static str] {
+    fn plastic_keys(self, continuum: ContinuumKind) -> Vec<&'static str> {
         match self {
-            LawName::Elastic => &[],
-            LawName::DruckerPrager => &DRUCKER_PRAGER_KEYS,
-            LawName::VonMises => &VON_MISES_KEYS,
+            LawName::Elastic => Vec::new(),
+            LawName::DruckerPrager => DRUCKER_PRAGER_KEYS.to_vec(),
+            LawName::VonMises => VON_MISES_KEYS.to_vec(),
+            LawName::Sandstone => {
+                let mut keys = vec![COUPLING_RATIO];
+                keys.extend(SANDSTONE_YIELD_KEYS);
+                if continuum.has_damage() {
+                    keys.extend(DAMAGE_KEYS);
+                }
+                keys
+            }
         }
     }
 }
 
 impl MaterialKeys {
     /// The keys that hold numbers, by name.
-    pub fn numbers_mut(&mut self) -> [(&'static str, &mut Option<f64>); 20] {
+    pub fn numbers_mut(&mut self) -> [(&'static str, &mut Option<f64>); 29] {
         [
             ("density", &mut self.density),
             ("lame_lambda", &mut self.lame_lambda),
@@ -215,6 +330,15 @@ impl MaterialKeys {
             ("yield_strength", &mut self.yield_strength),
             ("hardening_modulus", &mut self.hardening_modulus),
             ("plastic_length", &mut self.plastic_length),
+            ("coupling_ratio", &mut self.coupling_ratio),
+            ("cone_fit", &mut self.cone_fit),
+            ("hardening_stress", &mut self.hardening_stress),
+            ("hardening_rate", &mut self.hardening_rate),
+            ("dilation_rate", &mut self.dilation_rate),
+            ("apex_rounding", &mut self.apex_rounding),
+            ("damage_length", &mut self.damage_length),
+            ("softening_modulus", &mut self.softening_modulus),
+            ("max_damage", &mut self.max_damage),
         ]
     }
 
@@ -244,11 +368,21 @@ impl MaterialKeys {
             continuum,
             problems: Vec::new(),
         };
+        if !checks.law_fits_continuum() {
+            return Err(checks.problems);
+        }
         checks.refuse_foreign_keys();
         checks.positive("density", self.density);
         let elastic = checks.elastic();
+        if self.law == LawName::Sandstone {
+            let sandstone = checks.sandstone(elastic, tolerance);
+            return match sandstone {
+                Some(parameters) if checks.problems.is_empty() => Ok(MaterialSpec::Sandstone(parameters)),
+                _ => Err(checks.problems),
+            };
+        }
         let plastic = match self.law {
-            LawName::Elastic => None,
+            LawName::Elastic | LawName::Sandstone => None,
             LawName::DruckerPrager => Some(checks.drucker_prager(tolerance)),
             LawName::VonMises => Some(checks.von_mises(tolerance)),
         };
@@ -313,10 +447,25 @@ impl Checks<'_> {
         set
     }
 
+    fn law_fits_continuum(&mut self) -> bool {
+        let sandstone = self.keys.law == LawName::Sandstone;
+        if sandstone && !self.continuum.has_rotations() {
+            let expected = "continuum: micropolar or gradient_micropolar; elastic, drucker_prager, von_mises";
+            self.report("law", "a classical continuum does not know this law", expected);
+            return false;
+        }
+        if !sandstone && self.continuum.has_damage() {
+            let message = "this law does not drive a nonlocal damage field";
+            self.report("law", message, "sandstone; or continuum: micropolar");
+            return false;
+        }
+        true
+    }
+
     fn refuse_foreign_keys(&mut self) {
-        let plastic = self.keys.law.plastic_keys();
+        let plastic = self.keys.law.plastic_keys(self.continuum);
         let rotations = self.continuum.has_rotations();
-        let mut accepted = [&ELASTIC_KEYS, plastic].concat();
+        let mut accepted = [&ELASTIC_KEYS, plastic.as_slice()].concat();
         if rotations {
             accepted.extend(ROTATION_KEYS);
         } else {
@@ -329,6 +478,8 @@ impl Checks<'_> {
         for key in set.into_iter().filter(|key| !accepted.contains(key)) {
             let message = if !rotations && belongs_to_rotations(key) {
                 "a classical continuum has no rotations and does not know this key"
+            } else if self.keys.law == LawName::Sandstone && DAMAGE_KEYS.contains(&key) {
+                "only continuum: gradient_micropolar has a nonlocal damage field"
             } else {
                 "the law of this material does not know this key"
             };
@@ -365,11 +516,11 @@ impl Checks<'_> {
         if !self.continuum.has_rotations() {
             return lame.map(|(lambda, mu)| ElasticModuli::without_rotations(lambda, mu));
         }
-        let coupling = self.choose(
-            "the coupling of the rotations",
-            &[&["coupling_modulus"], &["coupling_number"]],
-        );
+        let couplings: [&[&str]; 3] = [&["coupling_modulus"], &["coupling_number"], &[COUPLING_RATIO]];
+        let known = if self.keys.law == LawName::Sandstone { 3 } else { 2 };
+        let coupling = self.choose("the coupling of the rotations", &couplings[..known]);
         self.not_negative("coupling_modulus", self.keys.coupling_modulus);
+        self.not_negative(COUPLING_RATIO, self.keys.coupling_ratio);
         if let Some(number) = self.keys.coupling_number {
             self.bound(
                 "coupling_number",
@@ -384,6 +535,7 @@ impl Checks<'_> {
         lame?;
         let kappa = match coupling? {
             0 => self.keys.coupling_modulus?,
+            2 => mu * self.keys.coupling_ratio?,
             _ => self
                 .keys
                 .coupling_number
@@ -548,6 +700,115 @@ impl Checks<'_> {
             plastic_length: plastic_length?,
             tolerance,
         })
+    }
+
+    fn sandstone(&mut self, elastic: Option<ElasticModuli>, tolerance: f64) -> Option<SandstoneParameters> {
+        let plastic = self.sandstone_yield(tolerance);
+        let damage = self.sandstone_damage();
+        let elastic = elastic?;
+        // Bounds that hold with equality must survive the rounding of their decimal digits.
+        if elastic.beta < -1e-9 * elastic.gamma {
+            let key = if self.keys.beta.is_some() {
+                "beta"
+            } else {
+                "torsion_length"
+            };
+            let message = "the skew part of the wryness has a negative energy";
+            self.report(key, message, "torsion_length <= 2 bending_length (beta >= 0)");
+        }
+        Some(SandstoneParameters {
+            shear_modulus: elastic.mu,
+            bulk_modulus: elastic.lambda + 2.0 / 3.0 * elastic.mu,
+            coupling_modulus: elastic.kappa,
+            alpha: elastic.alpha,
+            beta: elastic.beta.max(0.0),
+            gamma: elastic.gamma,
+            plastic: plastic?,
+            damage: damage?,
+        })
+    }
+
+    /// `Some(None)` where no key of the yield surface is set.
+    fn sandstone_yield(&mut self, tolerance: f64) -> Option<Option<SandstoneYield>> {
+        let keys = self.keys;
+        if self.set_of(&SANDSTONE_YIELD_KEYS).is_empty() {
+            if self.continuum.has_damage() {
+                let message = "without a yield surface nothing drives the damage";
+                self.report(
+                    "cohesion",
+                    message,
+                    "cohesion, friction_angle, dilatancy_angle and plastic_length; or continuum: micropolar",
+                );
+                return None;
+            }
+            return Some(None);
+        }
+        let friction = self.angle("friction_angle", keys.friction_angle);
+        let dilatancy = self.angle("dilatancy_angle", keys.dilatancy_angle);
+        let cohesion = self.required_positive("cohesion", keys.cohesion, "a stress in Pa, > 0");
+        let plastic_length = self.plastic_length();
+        let fit = keys.cone_fit.unwrap_or(1.0);
+        self.bound("cone_fit", fit, (-1.0..=1.0).contains(&fit), "a number from -1 to 1");
+        self.not_negative("hardening_stress", keys.hardening_stress);
+        self.not_negative("dilation_rate", keys.dilation_rate);
+        self.positive("hardening_rate", keys.hardening_rate);
+        let hardening_stress = keys.hardening_stress.unwrap_or(0.0);
+        if hardening_stress > 0.0 && keys.hardening_rate.is_none() {
+            self.report(
+                "hardening_rate",
+                "this key is missing",
+                "a number > 0 with hardening_stress",
+            );
+        }
+        let (friction, dilatancy) = (friction?, dilatancy?);
+        let slope = |angle: f64| 6.0 * angle.sin() / (3.0 + fit * angle.sin());
+        let strength = 6.0 * cohesion? * friction.cos() / (3.0 + fit * friction.sin());
+        let rounding = keys.apex_rounding.unwrap_or(APEX_ROUNDING * strength);
+        let within = rounding >= 0.0 && rounding < strength;
+        self.bound(
+            "apex_rounding",
+            rounding,
+            within,
+            &format!("a stress >= 0 and < {strength} (the strength in shear)"),
+        );
+        Some(Some(SandstoneYield {
+            strength,
+            friction_slope: slope(friction),
+            dilatancy_slope: slope(dilatancy),
+            hardening_stress,
+            hardening_rate: keys.hardening_rate.unwrap_or(0.0),
+            dilation_rate: keys.dilation_rate.unwrap_or(0.0),
+            plastic_length: plastic_length?,
+            weights: INVARIANT_WEIGHTS,
+            apex_rounding: rounding,
+            tolerance,
+        }))
+    }
+
+    /// `Some(None)` where there is no nonlocal damage field.
+    fn sandstone_damage(&mut self) -> Option<Option<SandstoneDamage>> {
+        if !self.continuum.has_damage() {
+            return Some(None);
+        }
+        let keys = self.keys;
+        let length = self.required_positive("damage_length", keys.damage_length, "a length in m, > 0");
+        let softening = self.required_positive("softening_modulus", keys.softening_modulus, "a number > 0");
+        let max_damage = keys.max_damage.unwrap_or(0.99);
+        let within = max_damage > 0.0 && max_damage < 1.0;
+        self.bound("max_damage", max_damage, within, "a number > 0 and < 1");
+        Some(Some(SandstoneDamage {
+            length: length?,
+            softening_modulus: softening?,
+            max_damage,
+        }))
+    }
+
+    fn required_positive(&mut self, key: &'static str, value: Option<f64>, expected: &str) -> Option<f64> {
+        if value.is_none() {
+            self.report(key, "this key is missing", expected);
+        }
+        self.positive(key, value);
+        value
     }
 
     fn plastic_length(&mut self) -> Option<f64> {

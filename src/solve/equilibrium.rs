@@ -1,6 +1,6 @@
 //! One load step as PETSc sees it: residual, tangent and convergence of the increments of the step.
 
-use super::convergence::{IterationRecord, Norms};
+use super::convergence::{DamageNorms, IterationRecord, Norms};
 use super::settings::SolverSettings;
 use crate::assembly::Sink;
 use crate::assembly::active::Active;
@@ -8,7 +8,7 @@ use crate::assembly::kernel::{OutOfDomain, Workspace};
 use crate::assembly::model::{Model, StepSystem};
 use crate::assembly::surface::{ActingConditions, Surface, SurfaceWorkspace};
 use crate::condition::dirichlet::Prescribed;
-use crate::continuum::Fields;
+use crate::continuum::{Fields, UnknownKind};
 use crate::interrupt::Interrupt;
 use crate::parallel::World;
 use crate::petsc::{BlockMatrix, Evaluate, Iteration, Nonlinear, PetscError, PetscInt, Verdict};
@@ -40,7 +40,7 @@ pub struct Equilibrium<'a, C: Fields<D, N>, const D: usize, const N: usize> {
     interrupt: &'a Interrupt,
     /// Local increments of the last evaluation.
     evaluated: Vec<f64>,
-    unassembled: f64,
+    unassembled: [f64; 2],
     surface_workspace: SurfaceWorkspace,
 }
 
@@ -78,7 +78,7 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
             interrupted: false,
             interrupt,
             evaluated: Vec::new(),
-            unassembled: 0.0,
+            unassembled: [0.0; 2],
             surface_workspace: SurfaceWorkspace::default(),
         }
     }
@@ -170,7 +170,8 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Nonlinear for Equilibrium<
 
     fn complete(&mut self, r: &mut [f64]) -> Result<(), Evaluate> {
         let asked_to_stop = f64::from(u8::from(self.interrupt.requested()));
-        let mut sums = [0.0, 0.0, 0.0, self.unassembled, asked_to_stop];
+        let mut sums = [0.0, 0.0, 0.0, self.unassembled[0], asked_to_stop];
+        let mut damage = [0.0, self.unassembled[1], 0.0];
         for (index, own) in r.iter_mut().enumerate() {
             *own -= self.external[index];
             let constrained = self.prescribed.mask[index];
@@ -178,12 +179,27 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Nonlinear for Equilibrium<
             if constrained {
                 *own = 0.0;
             }
-            sums[usize::from(!C::IS_TRANSLATION[index % N])] += *own * *own;
-            sums[2] += (self.external[index] + self.pushed[index] + self.reactions[index]).powi(2);
+            match C::KIND[index % N] {
+                UnknownKind::Damage => damage[0] += *own * *own,
+                kind => {
+                    sums[usize::from(kind == UnknownKind::Rotation)] += *own * *own;
+                    sums[2] += (self.external[index] + self.pushed[index] + self.reactions[index]).powi(2);
+                }
+            }
         }
         self.world.sum_slice(&mut sums);
         self.norms = Norms::from_sums(&sums);
         self.interrupted = sums[4] > 0.0;
+        if has_damage::<C, D, N>() {
+            damage[2] = self.model.points.volume.iter().map(|volume| volume * volume).sum();
+            self.world.sum_slice(&mut damage);
+            let [residual, unassembled, volume] = damage;
+            self.norms.damage = DamageNorms {
+                residual,
+                unassembled,
+                volume,
+            };
+        }
         Ok(())
     }
 
@@ -192,10 +208,22 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Nonlinear for Equilibrium<
     }
 
     fn test(&mut self, iteration: &Iteration<'_>) -> Verdict {
+        let damage_residual = self.norms.damage.relative_residual();
         let force_residual = self.norms.relative_residual(self.peak_force);
+        // What is not a number must not get lost.
+        let force_residual = if damage_residual > force_residual || damage_residual.is_nan() {
+            damage_residual
+        } else {
+            force_residual
+        };
         let energy_residual = match iteration.update {
             Some(update) => {
-                let own: f64 = iteration.residual.iter().zip(update).map(|(r, delta)| r * delta).sum();
+                let work = iteration.residual.iter().zip(update).map(|(r, delta)| r * delta);
+                let own: f64 = work
+                    .enumerate()
+                    .filter(|(index, _)| C::KIND[index % N] != UnknownKind::Damage)
+                    .map(|(_, work)| work)
+                    .sum();
                 self.world.sum(own).abs()
             }
             None => f64::NAN,
@@ -204,12 +232,18 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Nonlinear for Equilibrium<
             iteration: iteration.number + 1,
             force_residual,
             energy_residual,
-            fields: self.norms.residual.map(f64::sqrt),
+            fields: [
+                self.norms.residual[0],
+                self.norms.residual[1],
+                self.norms.damage.residual,
+            ]
+            .map(f64::sqrt),
         });
         let energy_converged = self
             .settings
             .energy_tolerance
-            .is_some_and(|tolerance| energy_residual < tolerance);
+            .is_some_and(|tolerance| energy_residual < tolerance)
+            && damage_residual < self.settings.force_tolerance;
         if force_residual < self.settings.force_tolerance || energy_converged {
             Verdict::Converged
         } else if force_residual.is_finite() && !self.interrupted {
@@ -222,6 +256,11 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Nonlinear for Equilibrium<
 
 /// Number of a row and column that the matrix passes over.
 const NOWHERE: PetscInt = -1;
+
+/// Whether there is a nonlocal damage field, whose residual has units of its own.
+fn has_damage<C: Fields<D, N>, const D: usize, const N: usize>() -> bool {
+    C::KIND.contains(&UnknownKind::Damage)
+}
 
 /// Hands blocks over to the matrix of PETSc: rows and columns of prescribed unknowns are left out and get a unit
 /// diagonal, which is consistent because their values are exact since the opening solve.

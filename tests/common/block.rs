@@ -8,7 +8,9 @@ use mpm_petsc::grid::Grid;
 use mpm_petsc::grid::basis::Basis;
 use mpm_petsc::grid::ghost::{GhostScaling, GhostSettings};
 use mpm_petsc::material::Components;
-use mpm_petsc::material::spec::{ElasticModuli, MaterialSpec, PlasticParameters};
+use mpm_petsc::material::spec::{
+    ElasticModuli, MaterialSpec, PlasticParameters, SandstoneDamage, SandstoneParameters, SandstoneYield,
+};
 use mpm_petsc::parallel::World;
 use mpm_petsc::points::seed::{Body, PointSource, SeedPoint, seed};
 
@@ -27,6 +29,33 @@ pub const PLASTIC: PlasticParameters = PlasticParameters {
     hardening_modulus: 1.0e5,
     plastic_length: 2.0e-3,
     tolerance: 1.0e-13,
+};
+
+#[allow(dead_code, reason = "not every test of the kernel has a damage field")]
+pub const SANDSTONE: SandstoneParameters = SandstoneParameters {
+    shear_modulus: 6.0e6,
+    bulk_modulus: 12.0e6,
+    coupling_modulus: 1.0e6,
+    alpha: 5.0,
+    beta: 40.0,
+    gamma: 100.0,
+    plastic: Some(SandstoneYield {
+        strength: 50.0e3,
+        friction_slope: 0.6,
+        dilatancy_slope: 0.4,
+        hardening_stress: 10.0e3,
+        hardening_rate: 50.0,
+        dilation_rate: 1.0,
+        plastic_length: 2.0e-3,
+        weights: [0.5, 0.0, 0.5, 0.0],
+        apex_rounding: 1.0e3,
+        tolerance: 1.0e-13,
+    }),
+    damage: Some(SandstoneDamage {
+        length: 5.0e-3,
+        softening_modulus: 0.11,
+        max_damage: 0.99,
+    }),
 };
 
 /// Deterministic numbers in [-1, 1).
@@ -87,7 +116,7 @@ pub fn model<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         rotation: 1.0e5,
         scaling: GhostScaling::Paper,
     };
-    let ghost = Some(GhostPenalty::new(&settings, &C::IS_TRANSLATION));
+    let ghost = Some(GhostPenalty::new(&settings, &C::KIND));
     Model {
         initial_grid: grid.clone(),
         elements: None,

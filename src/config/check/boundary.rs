@@ -121,6 +121,7 @@ impl Check<'_> {
         let found = known.iter().position(|candidate| *candidate == name);
         if found.is_none() {
             let hint = match (self.kinematics, name) {
+                (_, "alpha") => " without a nonlocal damage field (continuum: gradient_micropolar)".to_owned(),
                 (_, "rx" | "ry" | "rz") if !self.continuum.has_rotations() => " in a classical continuum".to_owned(),
                 (Kinematics::PlaneStrain, "uz" | "rx" | "ry") => " in plane strain".to_owned(),
                 _ => did_you_mean(nearest(name, known.iter().copied())),
@@ -170,7 +171,7 @@ impl Check<'_> {
         }
         let rotations = moves
             .iter()
-            .filter(|(component, _)| *component >= self.kinematics.dimension())
+            .filter(|(component, _)| self.unknowns()[*component].starts_with('r'))
             .count();
         let message = "a prescribed rotation is about one fixed axis";
         right &= self.require(rotations <= 1, path, message, "one of rx, ry and rz");

@@ -128,6 +128,7 @@ impl Check<'_> {
         match self.config.model.continuum {
             ContinuumName::Classical if typed => ContinuumKind::Classical,
             ContinuumName::Micropolar if typed => ContinuumKind::Micropolar,
+            ContinuumName::GradientMicropolar if typed => ContinuumKind::GradientMicropolar,
             _ if self.config.materials.values().any(MaterialKeys::sets_rotations) => ContinuumKind::Micropolar,
             _ => ContinuumKind::Classical,
         }
@@ -142,6 +143,12 @@ impl Check<'_> {
     fn require_rotations(&mut self, path: &Path, expected: impl Into<String>) -> bool {
         let message = "a classical continuum has no rotations";
         self.require(self.continuum.has_rotations(), path, message, expected)
+    }
+
+    /// Reports what only a body with a nonlocal damage field has, in one without.
+    fn require_damage(&mut self, path: &Path, expected: impl Into<String>) -> bool {
+        let message = "only continuum: gradient_micropolar has a nonlocal damage field";
+        self.require(self.continuum.has_damage(), path, message, expected)
     }
 
     /// One number per axis, the third zero in plane strain.

@@ -15,6 +15,8 @@ const QUANTITIES: &str = "exactly one of reaction, boundary_motion, max, min, me
 
 const CLASSICAL_FIELDS: &str = "displacement, position, chi, pressure, von_mises, stress, volume";
 
+const UNDAMAGED_FIELDS: &str = "a field that every continuum has, such as chi";
+
 impl Check<'_> {
     pub(super) fn output(&mut self) -> Option<OutputSettings> {
         let keys = &self.config.output;
@@ -126,6 +128,10 @@ impl Check<'_> {
         if of_rotations(field) && !self.require_rotations(&path.key(key), CLASSICAL_FIELDS) {
             return None;
         }
+        let of_damage = matches!(field, FieldName::Alpha | FieldName::Damage);
+        if of_damage && !self.require_damage(&path.key(key), UNDAMAGED_FIELDS) {
+            return None;
+        }
         let out_of_plane = matches!(field, FieldName::TwistX | FieldName::TwistY);
         let exists = !(out_of_plane && self.kinematics == Kinematics::PlaneStrain);
         let exists = self.require(exists, &path.key(key), "plane strain turns about z only", "twist_z");
@@ -183,6 +189,7 @@ fn of_rotations(field: FieldName) -> bool {
         FieldName::CoupleStress | FieldName::Wryness => true,
         FieldName::Displacement | FieldName::Position | FieldName::Chi | FieldName::Pressure => false,
         FieldName::VonMises | FieldName::Stress | FieldName::Volume => false,
+        FieldName::Alpha | FieldName::Damage => false,
     }
 }
 
@@ -195,6 +202,8 @@ fn point_field(name: FieldName) -> PointField {
         FieldName::TwistY => PointField::TwistY,
         FieldName::TwistZ => PointField::TwistZ,
         FieldName::Chi => PointField::Chi,
+        FieldName::Alpha => PointField::Alpha,
+        FieldName::Damage => PointField::Damage,
         FieldName::Pressure => PointField::Pressure,
         FieldName::VonMises => PointField::VonMises,
         FieldName::Stress => PointField::Stress,

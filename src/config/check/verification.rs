@@ -115,7 +115,7 @@ impl Check<'_> {
         self.require(filled, &place, message, "a box from 0 to 1 along each axis");
         match materials[body.material].named.spec {
             MaterialSpec::Elastic(moduli) => Some(moduli),
-            MaterialSpec::Elastoplastic(..) => {
+            MaterialSpec::Elastoplastic(..) | MaterialSpec::Sandstone(_) => {
                 let message = "the manufactured solution is one of the elastic law";
                 self.report(
                     &section.index(0).key("material"),

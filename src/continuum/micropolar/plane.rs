@@ -3,9 +3,12 @@
 //! The formulas of the space version with the components that cannot move left out: `Jl(w) K = K` for a rotation
 //! about a fixed axis, `dGamma_3b = dK_l F~_lb`, and the couples work on `M_3j = S_3b F~_jb` alone.
 
-use super::{Continuum, Micropolar, MicropolarModuli, MicropolarMotion, MicropolarStrain, MicropolarStress, advanced};
+use super::{
+    Continuum, Micropolar, MicropolarModuli, MicropolarMotion, MicropolarStrain, MicropolarStress, StrainRates,
+    advanced,
+};
 use crate::continuum::tensor::component;
-use crate::continuum::{Fields, Flux, Jet, Observation, Tangent};
+use crate::continuum::{Fields, Flux, Jet, Observation, Tangent, UnknownKind};
 use nalgebra::{Matrix2, Matrix3, SMatrix, Vector2, Vector3};
 use std::f64::consts::PI;
 
@@ -22,7 +25,11 @@ pub struct PlaneFrame {
 
 impl Fields<2, 3> for Micropolar {
     const UNKNOWNS: [&'static str; 3] = ["ux", "uy", "rz"];
-    const IS_TRANSLATION: [bool; 3] = [true, true, false];
+    const KIND: [UnknownKind; 3] = [
+        UnknownKind::Translation,
+        UnknownKind::Translation,
+        UnknownKind::Rotation,
+    ];
     type Frame = PlaneFrame;
 
     fn strain(motion: &MicropolarMotion, jet: &Jet<2, 3>) -> Option<(MicropolarStrain, PlaneFrame)> {
@@ -116,6 +123,13 @@ impl Fields<2, 3> for Micropolar {
             rotation: Some(Vector3::new(0.0, 0.0, motion.twist.z)),
             ..Micropolar::observe(motion, stress)
         }
+    }
+}
+
+impl StrainRates<2, 3> for Micropolar {
+    /// In the plane a change of the rotation is a spin, so that these are the fluxes of a stress.
+    fn strain_rates(frame: &PlaneFrame, by_strain: &MicropolarStress) -> Flux<2, 3> {
+        <Micropolar as Fields<2, 3>>::flux(frame, by_strain)
     }
 }
 

@@ -14,11 +14,11 @@
 //! dc_i = eps_ijk (dP dF^T + P dG^T)_jk
 //! ```
 
-use super::{Micropolar, MicropolarModuli, MicropolarMotion, MicropolarStrain, MicropolarStress};
+use super::{Micropolar, MicropolarModuli, MicropolarMotion, MicropolarStrain, MicropolarStress, StrainRates};
 use super::{advanced, rotation_matrix};
 use crate::continuum::rotation::{RotationIncrement, hat};
 use crate::continuum::tensor::{component, permutation_product};
-use crate::continuum::{Fields, Flux, Jet, Tangent};
+use crate::continuum::{Fields, Flux, Jet, Tangent, UnknownKind};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 use std::f64::consts::PI;
 
@@ -42,7 +42,14 @@ type Nine = [[f64; 9]; 9];
 
 impl Fields<3, 6> for Micropolar {
     const UNKNOWNS: [&'static str; 6] = ["ux", "uy", "uz", "rx", "ry", "rz"];
-    const IS_TRANSLATION: [bool; 6] = [true, true, true, false, false, false];
+    const KIND: [UnknownKind; 6] = [
+        UnknownKind::Translation,
+        UnknownKind::Translation,
+        UnknownKind::Translation,
+        UnknownKind::Rotation,
+        UnknownKind::Rotation,
+        UnknownKind::Rotation,
+    ];
     type Frame = SpaceFrame;
 
     fn strain(motion: &MicropolarMotion, jet: &Jet<3, 6>) -> Option<(MicropolarStrain, SpaceFrame)> {
@@ -97,6 +104,26 @@ impl Fields<3, 6> for Micropolar {
     fn advance(motion: &MicropolarMotion, jet: &Jet<3, 6>) -> MicropolarMotion {
         let (g, w, k) = split(jet);
         advanced(motion, &g, &w, &k)
+    }
+}
+
+impl StrainRates<3, 6> for Micropolar {
+    /// `P : X + M : Y` by `G`, `w` and `K`, with `P` and `M` pushed forward from the derivatives by the strain.
+    fn strain_rates(frame: &SpaceFrame, by_strain: &MicropolarStress) -> Flux<3, 6> {
+        let (p, m) = pushed_stress(frame, by_strain);
+        let k = &frame.rotation_gradient;
+        let jl_k = frame.left * k;
+        let jl_rates = frame.increment.left_differential_rates(k);
+        let mut out = Flux::<3, 6>::zero();
+        out.flux.fixed_rows_mut::<3>(0).copy_from(&p);
+        out.flux.fixed_rows_mut::<3>(3).copy_from(&frame.left.tr_mul(&m));
+        for (b, jl_rate) in jl_rates.iter().enumerate() {
+            let spin = hat(&frame.left.column(b).into_owned());
+            let x = -spin * frame.relative_deformation;
+            let y = jl_rate - spin * jl_k;
+            out.source[3 + b] = p.dot(&x) + m.dot(&y);
+        }
+        out
     }
 }
 
