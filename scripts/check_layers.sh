@@ -19,11 +19,11 @@ assembly:   continuum material grid points condition parallel clock
 petsc:      parallel clock error
 solve:      continuum grid points condition assembly petsc parallel clock error
 output:     parallel clock error
-report:
+report:     config
 verification: continuum material points parallel
 scene:      continuum grid material points condition solve verification
 config:     scene grid material points condition solve verification problem
-app:        assembly clock condition config continuum error grid material output parallel petsc points problem scene solve verification version
+app:        assembly clock condition config continuum error grid material output parallel petsc points problem report scene solve verification version
 main:       app clock config error parallel scene
 lib:
 "

@@ -8,6 +8,8 @@ use std::fmt;
 pub enum Error {
     /// The configuration or the command line is wrong; nothing was run. Exit code 2.
     Configuration(Vec<Problem>),
+    /// The command line names something that does not exist; nothing was done. Exit code 2.
+    CommandLine(String),
     /// The analysis could not go on; results so far are complete. Exit code 3.
     Analysis(String),
     /// Failure outside the model, common to all ranks: files, memory. Exit code 1.
@@ -20,7 +22,7 @@ impl Error {
     /// Exit code of the process.
     pub fn exit_code(&self) -> i32 {
         match self {
-            Error::Configuration(_) => 2,
+            Error::Configuration(_) | Error::CommandLine(_) => 2,
             Error::Analysis(_) => 3,
             Error::System(_) | Error::Library(_) => 1,
         }
@@ -39,7 +41,10 @@ impl fmt::Display for Error {
                 }
                 Ok(())
             }
-            Error::Analysis(message) | Error::System(message) | Error::Library(message) => write!(out, "{message}"),
+            Error::CommandLine(message)
+            | Error::Analysis(message)
+            | Error::System(message)
+            | Error::Library(message) => write!(out, "{message}"),
         }
     }
 }

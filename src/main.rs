@@ -39,6 +39,7 @@ fn perform(world: &World, command: Command, clock: &Rc<Clock>) -> i32 {
             scene.solver.petsc_options.extend(run.petsc_options);
             app::execute(world, &scene, &source, Task::Run { quiet: run.quiet }, clock)
         }),
+        Command::Report(report) => app::report(world, &report.directory),
         Command::Check(check) => read(world, &check.config, &check.set)
             .and_then(|(scene, source)| app::execute(world, &scene, &source, Task::Check, clock)),
     };

@@ -108,6 +108,8 @@ pub struct OutputSettings {
     /// A snapshot of the points every so many accepted full steps; `None`: only first and last.
     pub snapshot_every: Option<usize>,
     pub history: Vec<HistoryColumn>,
+    /// Whether a run ends with drawing `report.html`.
+    pub report: bool,
     /// The resolved configuration as YAML text, for `config.yaml`.
     pub resolved: String,
 }

@@ -17,11 +17,13 @@ use crate::output::progress::{Mode, Progress};
 use crate::parallel::World;
 use crate::petsc::{Partitioner, Session};
 use crate::problem::Problem;
+use crate::report::error::ReportError;
 use crate::scene::{ContinuumKind, Kinematics, Scene};
 use crate::solve::settings::PartitionerKind;
 use crate::solve::step::Analysis;
 use build::{Built, build};
 use recorder::Recorder;
+use std::path::Path;
 use std::rc::Rc;
 
 /// What to do with a scene.
@@ -78,6 +80,22 @@ pub fn print_versions(world: &World) -> Result<(), Error> {
             .iter()
             .for_each(|(name, version)| println!("{name} {version}"));
     }
+    Ok(())
+}
+
+/// Collective. Draws the report of a result folder; the root does all of it.
+///
+/// # Errors
+/// A folder without results, files that are damaged, and what cannot be written.
+pub fn report(world: &World, directory: &Path) -> Result<(), Error> {
+    if !world.is_root() {
+        return Ok(());
+    }
+    let page = crate::report::write(directory).map_err(|error| match error {
+        ReportError::NoResults(message) => Error::CommandLine(message),
+        other => Error::System(other.to_string()),
+    })?;
+    println!("{}", page.display());
     Ok(())
 }
 
@@ -142,14 +160,17 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
     }
     let finished = recorder.finish(&analysis.model);
     let outcome = outcome.and(finished);
+    let mut warnings = built.warnings;
     for option in session.unused_options()? {
-        recorder.message(&format!("warning: PETSc did not use the option {option}"));
+        let warning = format!("PETSc did not use the option {option}");
+        recorder.message(&format!("warning: {warning}"));
+        warnings.push(warning);
     }
     if analysis.counts.largest_overhang > 0.0 {
         let cells = analysis.counts.largest_overhang;
-        recorder.message(&format!(
-            "domains stuck out of the grid by up to {cells:.1e} of a cell (5e-2 is the most)"
-        ));
+        let warning = format!("domains stuck out of the grid by up to {cells:.1e} of a cell (5e-2 is the most)");
+        recorder.message(&warning);
+        warnings.push(warning);
     }
     let mut summary = facts::summarise(world, &session, scene, points, &analysis, &outcome, clock)?;
     if let (Some(manufactured), Ok(())) = (&scene.manufactured, &outcome) {
@@ -158,7 +179,9 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
             recorder.message(&format!("{name} {value:.6e}"));
         }
     }
+    summary.warnings = warnings;
     recorder.summary(&summary)?;
+    recorder.report();
     outcome
 }
 

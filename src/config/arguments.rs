@@ -24,6 +24,16 @@ enum CommandName {
     Run(RunArguments),
     /// Read and validate a configuration, print what would be solved; nothing is run
     Check(CheckArguments),
+    /// Draw report.html and its figures from the files of a result folder
+    Report(ReportArguments),
+}
+
+/// Arguments of a report.
+#[derive(Clone, Debug, PartialEq, Eq, Args)]
+pub struct ReportArguments {
+    /// Result folder of a run
+    #[arg(value_name = "RESULTS_DIR")]
+    pub directory: PathBuf,
 }
 
 /// Arguments of a run.
@@ -62,6 +72,7 @@ pub struct CheckArguments {
 pub enum Command {
     Run(RunArguments),
     Check(CheckArguments),
+    Report(ReportArguments),
     /// Print versions.
     Version,
 }
@@ -112,6 +123,10 @@ pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Command, E
             command: Some(CommandName::Check(check)),
             ..
         } => Ok(Command::Check(check)),
+        CommandLine {
+            command: Some(CommandName::Report(report)),
+            ..
+        } => Ok(Command::Report(report)),
         CommandLine {
             command: None,
             run: None,

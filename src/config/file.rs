@@ -500,7 +500,7 @@ fn default_amplitude() -> String {
 }
 
 /// What the run writes, and where.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct OutputKeys {
     /// Result folder; `results/NAME_OF_THE_FILE` unless set.
@@ -509,6 +509,19 @@ pub struct OutputKeys {
     pub snapshots: Option<EveryKeys>,
     /// Columns of `history.csv`.
     pub history: Vec<HistoryKeys>,
+    /// Whether a run ends with drawing `report.html` and its figures.
+    pub report: bool,
+}
+
+impl Default for OutputKeys {
+    fn default() -> Self {
+        OutputKeys {
+            directory: None,
+            snapshots: None,
+            history: Vec::new(),
+            report: true,
+        }
+    }
 }
 
 /// How often something is written.

@@ -12,7 +12,7 @@ mod nearest;
 mod overrides;
 mod path;
 mod source;
-mod tree;
+pub mod tree;
 mod write;
 
 pub use input::Input;

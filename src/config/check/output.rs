@@ -36,6 +36,7 @@ impl Check<'_> {
             directory: directory.into(),
             snapshot_every: every,
             history: history?,
+            report: keys.report,
             resolved,
         })
     }
