@@ -76,7 +76,7 @@ fn draw_chosen(snapshots: &Snapshots, plane: bool, chosen: &[usize]) -> Result<B
             (low.min(value), high.max(value))
         });
         // A field that is the same everywhere and always says nothing.
-        if range.1 - range.0 <= 1e-12 * range.0.abs().max(range.1.abs()) || !(range.0 < range.1) {
+        if range.0 >= range.1 || range.1 - range.0 <= 1e-12 * range.0.abs().max(range.1.abs()) {
             continue;
         }
         let pictures = clouds

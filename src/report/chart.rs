@@ -140,7 +140,8 @@ impl LineChart {
     fn draw<'a>(&self, area: &Area<'a>, x: &Fitted, y: &Fitted) -> Result<(), Refused> {
         let label_font = canvas::text(12.0, &INK);
         let widest = y.ticks.iter().map(|(_, label)| text_width(area, label, &label_font));
-        let left = widest.max().unwrap_or(0) + units(44.0);
+        let labels = widest.max().unwrap_or(0) + units(34.0);
+        let left = labels + units(10.0);
         let mut top = units(14.0);
         if !self.title.is_empty() {
             let style = canvas::bold_text(14.0, &INK).pos(Pos::new(HPos::Left, VPos::Top));
@@ -150,9 +151,10 @@ impl LineChart {
         top = self.legend(area, left, top)?;
         let mut chart = ChartBuilder::on(area)
             .margin_top(top)
+            .margin_left(units(10.0))
             .margin_right(units(22.0))
             .margin_bottom(units(8.0))
-            .y_label_area_size(left)
+            .y_label_area_size(labels)
             .x_label_area_size(units(50.0))
             .build_cartesian_2d(x.clone(), y.clone())?;
         let axis_style = ShapeStyle::from(MUTED).stroke_width(units(1.0) as u32);

@@ -143,11 +143,35 @@ pub fn abscissae(results: &Results, groups: &[Group]) -> Vec<Abscissa> {
         .collect()
 }
 
+/// For each group its charts over the abscissae; none of a history without rows.
+///
+/// # Errors
+/// What the drawing library refuses.
+pub fn histories(results: &Results, groups: &[Group], all: &[Abscissa]) -> Result<Vec<Vec<Figure>>, ReportError> {
+    if results.history.len() == 0 {
+        return Ok(Vec::new());
+    }
+    let other = |group: &Group| all.iter().find(|over| over.name != group.name);
+    let over = |group: &Group, over: &Abscissa| {
+        // A quantity over itself is a straight line that says nothing.
+        let over = if over.name == group.name {
+            other(group).cloned()
+        } else {
+            Some(over.clone())
+        };
+        history(results, group, &over.unwrap_or_else(|| all[0].clone()))
+    };
+    groups
+        .iter()
+        .map(|group| all.iter().map(|abscissa| over(group, abscissa)).collect())
+        .collect()
+}
+
 /// The chart of a group over one of the abscissae.
 ///
 /// # Errors
 /// What the drawing library refuses.
-pub fn history(results: &Results, group: &Group, over: &Abscissa) -> Result<Figure, ReportError> {
+fn history(results: &Results, group: &Group, over: &Abscissa) -> Result<Figure, ReportError> {
     let series = group.columns.iter().map(|name| {
         let values = results.history.column(name).unwrap_or_default();
         let points: Vec<(f64, f64)> = over.values.iter().copied().zip(values.iter().copied()).collect();

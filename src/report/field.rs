@@ -10,7 +10,7 @@ use plotters::style::{Color, ShapeStyle};
 use resvg::tiny_skia::{Color as Fill, Paint, Pixmap, Rect, Transform};
 
 use super::axis::{Axis, Fitted, scaled_unit};
-use super::canvas::{self, Area, INK, MUTED, units};
+use super::canvas::{self, Area, INK, MUTED, text_width, units};
 use super::error::ReportError;
 
 /// Pixels of a picture per pixel of the drawing.
@@ -76,9 +76,9 @@ impl View {
         }
         for corner in view.corners() {
             let (place, _) = view.seen(&corner);
-            for axis in 0..2 {
-                view.low[axis] = view.low[axis].min(place[axis]);
-                view.high[axis] = view.high[axis].max(place[axis]);
+            for (axis, value) in place.into_iter().enumerate() {
+                view.low[axis] = view.low[axis].min(value);
+                view.high[axis] = view.high[axis].max(value);
             }
         }
         let extent = [0, 1].map(|axis| view.high[axis] - view.low[axis]);
@@ -142,12 +142,12 @@ impl View {
             } else {
                 [(half[0] * half[1] * half[2]).abs().cbrt(); 2]
             };
-            // Whole pixels: neighbours touch without a seam.
-            let edge = |value: f64| (pixels * value).round() as f32;
-            let left = edge(x - reach[0] - self.low[0]);
-            let right = edge(x + reach[0] - self.low[0]).max(left + 1.0);
-            let top = edge(self.high[1] - y - reach[1]);
-            let bottom = edge(self.high[1] - y + reach[1]).max(top + 1.0);
+            // Out to whole pixels: neighbours touch without a seam.
+            let low = |value: f64| (pixels * value + 1e-6).floor() as f32;
+            let high = |value: f64| (pixels * value - 1e-6).ceil() as f32;
+            let (left, top) = (low(x - reach[0] - self.low[0]), low(self.high[1] - y - reach[1]));
+            let right = high(x + reach[0] - self.low[0]).max(left + 1.0);
+            let bottom = high(self.high[1] - y + reach[1]).max(top + 1.0);
             let mut paint = Paint {
                 anti_alias: false,
                 ..Default::default()
@@ -278,17 +278,16 @@ impl View {
             let style = canvas::text(11.0, &INK);
             let (low, high) = (self.min[axis] / factor, self.max[axis] / factor);
             let text = format!("{}: {} … {} {unit}", ["x", "y", "z"][axis], short(low), short(high));
-            let middle = ((a.0 + b.0) / 2, (a.1 + b.1) / 2);
-            let (place, anchor) = match axis {
-                0 => ((middle.0 - units(6.0), middle.1 + units(10.0)), HPos::Right),
-                1 => ((middle.0 + units(6.0), middle.1 + units(10.0)), HPos::Left),
-                _ => ((a.0, b.1 - units(8.0)), HPos::Left),
+            let lowest = a.1.max(b.1) + units(14.0);
+            let half = text_width(area, &text, &style) / 2;
+            let centre = (a.0 + b.0) / 2;
+            let place = if axis == 2 {
+                (a.0 - units(20.0) + half, b.1 - units(10.0))
+            } else {
+                (centre.min(units(MARGIN[0] + self.size()[0] + 10.0) - half), lowest)
             };
-            area.draw(&Text::new(
-                text,
-                (place.0.max(units(8.0)), place.1),
-                style.pos(Pos::new(anchor, VPos::Center)),
-            ))?;
+            let place = (place.0.max(half + units(6.0)), place.1);
+            area.draw(&Text::new(text, place, style.pos(Pos::new(HPos::Center, VPos::Center))))?;
         }
         Ok(())
     }
@@ -302,7 +301,11 @@ impl View {
         let at = |share: f64| bottom - (f64::from(bottom - top) * share).round() as i32;
         for strip in 0..STRIPS {
             let share = |k: usize| k as f64 / STRIPS as f64;
-            let corners = [(left, at(share(strip + 1))), (left + units(14.0), at(share(strip)))];
+            // The next strip covers what is too much of this one: no seams.
+            let corners = [
+                (left, at(share(strip + 2).min(1.0))),
+                (left + units(14.0), at(share(strip))),
+            ];
             let [red, green, blue] = viridis(share(strip));
             area.draw(&Rectangle::new(corners, RGBColor(red, green, blue).filled()))?;
         }

@@ -33,19 +33,7 @@ pub fn write(directory: &Path) -> Result<PathBuf, ReportError> {
     let results = Results::read(directory)?;
     let groups = curves::groups(&results);
     let abscissae = curves::abscissae(&results, &groups);
-    let histories = if results.history.len() == 0 {
-        &[]
-    } else {
-        groups.as_slice()
-    }
-    .iter()
-    .map(|group| {
-        abscissae
-            .iter()
-            .map(|over| curves::history(&results, group, over))
-            .collect()
-    })
-    .collect::<Result<Vec<Vec<Figure>>, _>>()?;
+    let histories = curves::histories(&results, &groups, &abscissae)?;
     let bodies = match &results.snapshots {
         Some(snapshots) => bodies::draw(snapshots, results.plane())?,
         None => Bodies::default(),

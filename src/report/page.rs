@@ -292,9 +292,8 @@ fn drawing(figure: &Figure) -> Markup {
 fn caption(figure: &Figure) -> Markup {
     html! {
         figcaption {
-            (figure.title) " "
-            a href={ "figures/" (figure.name) ".svg" } { "SVG" } " "
-            a href={ "figures/" (figure.name) ".png" } { "PNG" }
+            a href={ "figures/" (figure.name) ".svg" } title={ (figure.title) " as SVG" } { "SVG" } " "
+            a href={ "figures/" (figure.name) ".png" } title={ (figure.title) " as PNG" } { "PNG" }
         }
     }
 }

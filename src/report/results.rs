@@ -1,6 +1,6 @@
 //! What a result folder holds, read back.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde_json::Value as Json;
 
@@ -11,7 +11,6 @@ use crate::config::tree::{self, Node};
 /// A result folder as read. What a run that was killed did not come to write is absent, and named in `missing`.
 #[derive(Debug)]
 pub struct Results {
-    pub directory: PathBuf,
     /// The resolved configuration.
     pub configuration: Option<Node>,
     pub history: History,
@@ -70,7 +69,6 @@ impl Results {
             "points.vtkhdf",
         ];
         Ok(Results {
-            directory: directory.to_path_buf(),
             configuration: text(&file("config.yaml"))?
                 .map(|text| configuration(&file("config.yaml"), &text))
                 .transpose()?,

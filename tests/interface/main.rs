@@ -8,6 +8,7 @@ mod columns;
 mod commands;
 mod halving;
 mod repetition;
+mod report;
 mod scenes;
 mod shapes;
 mod stopping;
