@@ -20,10 +20,11 @@ assembly:   continuum material grid points condition parallel clock
 petsc:      parallel clock error
 solve:      continuum grid points condition assembly petsc parallel clock error interrupt
 output:     parallel clock error
+report:     config
 verification: continuum material points parallel
 scene:      continuum grid material points condition solve verification
 config:     scene grid material points condition solve verification problem
-app:        assembly clock condition config continuum error grid interrupt material output parallel petsc points problem scene solve verification version
+app:        assembly clock condition config continuum error grid interrupt material output parallel petsc points problem report scene solve verification version
 main:       app clock config error parallel scene
 lib:
 "

@@ -14,6 +14,9 @@ build_packages=(
 # The Python environment, and what VTK needs to draw without a display.
 reader_packages=(python3 python3-venv libgl1 libegl1 libegl-mesa0 libgl1-mesa-dri libxrender1)
 
+# What the tests of the report open it with.
+test_packages=(chromium)
+
 fail() {
     echo "setup: $*" >&2
     exit 1
@@ -70,7 +73,7 @@ build)
     check_rust
     ;;
 all)
-    install_missing "${build_packages[@]}" "${reader_packages[@]}"
+    install_missing "${build_packages[@]}" "${reader_packages[@]}" "${test_packages[@]}"
     check_rust
     make_python_environment
     ;;

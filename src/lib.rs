@@ -14,7 +14,8 @@
 //! 10. [`output`]: the files and lines that a run leaves behind.
 //! 11. [`verification`]: problems with a known solution, and how far a run is from it.
 //! 12. [`scene`] and [`config`]: a valid scene, and how the text of a user becomes one.
-//! 13. [`app`]: from a scene to results; the one match that picks continuum and dimension.
+//! 13. [`report`]: the page and the figures of a result folder, read from its files.
+//! 14. [`app`]: from a scene to results; the one match that picks continuum and dimension.
 //!
 //! Small ones that any may use: [`problem`] (what is wrong in a file, and where), [`error`] (why a run ends, exit codes),
 //! [`clock`] (where the time goes), [`interrupt`] (signals that end a run), [`version`].
@@ -41,6 +42,7 @@ pub mod parallel;
 pub mod petsc;
 pub mod points;
 pub mod problem;
+pub mod report;
 pub mod scene;
 pub mod solve;
 pub mod verification;

@@ -43,6 +43,7 @@ fn perform(world: &World, command: Command, clock: &Rc<Clock>) -> i32 {
         Command::Schema => app::print(world, || Ok(app::schema_text())),
         Command::Init(template) => app::print(world, || app::init(template.as_deref())),
         Command::Point(point) => app::point(world, &point.config, &point.set),
+        Command::Report(report) => app::report(world, &report.directory),
         Command::Check(check) => read(world, &check.config, &check.set)
             .and_then(|(scene, source)| app::execute(world, &scene, &source, Task::Check, clock)),
     };

@@ -136,6 +136,8 @@ pub struct OutputSettings {
     /// A checkpoint every so many accepted full steps; `None`: by the time that they take.
     pub checkpoint_every: Option<usize>,
     pub history: Vec<HistoryColumn>,
+    /// Whether a run ends with drawing `report.html`.
+    pub report: bool,
     /// The resolved configuration as YAML text, for `config.yaml`.
     pub resolved: String,
     /// The same as a tree, to tell what changed before a restart.

@@ -80,6 +80,7 @@ pub fn summarise<C: Fields<D, N>, const D: usize, const N: usize>(
         exit_code,
         message,
         title: scene.title.clone(),
+        warnings: Vec::new(),
         ranks: world.size(),
         points,
         active_cells: counts.active_cells,

@@ -25,6 +25,7 @@ use crate::output::progress::{Mode, Progress};
 use crate::parallel::World;
 use crate::petsc::{Partitioner, Session};
 use crate::problem::Problem;
+use crate::report::error::ReportError;
 use crate::scene::{ContinuumKind, Kinematics, Scene};
 use crate::solve::settings::PartitionerKind;
 use crate::solve::state::AnalysisState;
@@ -33,6 +34,7 @@ use build::{Built, build};
 pub use point::point;
 use recorder::Recorder;
 use std::io::Write;
+use std::path::Path;
 use std::rc::Rc;
 pub use templates::{TEMPLATES, init};
 
@@ -145,6 +147,20 @@ pub fn read_input(world: &World, file: &str, overrides: &[String]) -> Result<Inp
     decode_input(&world.broadcast_text(&text))
 }
 
+/// Collective. Draws the report of a result folder; the root does all of it.
+///
+/// # Errors
+/// A folder without results, files that are damaged, and what cannot be written.
+pub fn report(world: &World, directory: &Path) -> Result<(), Error> {
+    print(world, || {
+        let page = crate::report::write(directory).map_err(|error| match error {
+            ReportError::NoResults(message) => Error::Command(message),
+            other => Error::System(other.to_string()),
+        })?;
+        Ok(format!("{}\n", page.display()))
+    })
+}
+
 /// What the root read, as text for the other ranks.
 fn encode_input(input: Result<Input, Vec<Problem>>) -> String {
     serde_json::to_string(&input).expect("texts and numbers can be written")
@@ -236,14 +252,17 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
     };
     let finished = recorder.finish(&analysis.model);
     let outcome = outcome.and(finished);
+    let mut warnings = built.warnings;
     for option in session.unused_options()? {
-        recorder.message(&format!("warning: PETSc did not use the option {option}"));
+        let warning = format!("PETSc did not use the option {option}");
+        recorder.message(&format!("warning: {warning}"));
+        warnings.push(warning);
     }
     if analysis.counts.largest_overhang > 0.0 {
         let cells = analysis.counts.largest_overhang;
-        recorder.message(&format!(
-            "domains stuck out of the grid by up to {cells:.1e} of a cell (5e-2 is the most)"
-        ));
+        let warning = format!("domains stuck out of the grid by up to {cells:.1e} of a cell (5e-2 is the most)");
+        recorder.message(&warning);
+        warnings.push(warning);
     }
     let spent = recorder.spent_before();
     let mut summary = facts::summarise(world, &session, scene, points, &analysis, &outcome, &spent, clock)?;
@@ -253,7 +272,9 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
             recorder.message(&format!("{name} {value:.6e}"));
         }
     }
+    summary.warnings = warnings;
     recorder.summary(&summary)?;
+    recorder.report();
     outcome
 }
 

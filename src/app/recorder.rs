@@ -296,6 +296,16 @@ impl<'a> Recorder<'a> {
         agree(&self.world, written.map_err(|error| error.to_string()))
     }
 
+    /// Draws the report where it is wanted. A run is what it is without one: failure is a warning.
+    pub fn report(&mut self) {
+        if self.world.is_root()
+            && self.scene.output.report
+            && let Err(error) = crate::report::write(&self.directory)
+        {
+            self.progress.message(&format!("warning: no report: {error}"));
+        }
+    }
+
     /// A line for the user.
     pub fn message(&mut self, text: &str) {
         self.progress.message(text);

@@ -26,6 +26,8 @@ enum CommandName {
     Check(CheckArguments),
     /// Drive one material along a path of deformation, print what it answers as CSV
     Point(CheckArguments),
+    /// Draw report.html and its figures from the files of a result folder
+    Report(ReportArguments),
     /// Print the JSON Schema of a configuration
     Schema,
     /// List templates of configurations, or write one into the current folder
@@ -34,6 +36,14 @@ enum CommandName {
         #[arg(value_name = "TEMPLATE")]
         template: Option<String>,
     },
+}
+
+/// Arguments of a report.
+#[derive(Clone, Debug, PartialEq, Eq, Args)]
+pub struct ReportArguments {
+    /// Result folder of a run
+    #[arg(value_name = "RESULTS_DIR")]
+    pub directory: PathBuf,
 }
 
 /// Arguments of a run.
@@ -76,6 +86,7 @@ pub enum Command {
     Run(RunArguments),
     Check(CheckArguments),
     Point(CheckArguments),
+    Report(ReportArguments),
     Schema,
     /// List templates, or write the named one.
     Init(Option<String>),
@@ -133,6 +144,10 @@ pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Command, E
             command: Some(CommandName::Point(point)),
             ..
         } => Ok(Command::Point(point)),
+        CommandLine {
+            command: Some(CommandName::Report(report)),
+            ..
+        } => Ok(Command::Report(report)),
         CommandLine {
             command: Some(CommandName::Schema),
             ..

@@ -582,7 +582,7 @@ fn default_amplitude() -> String {
 }
 
 /// What the run writes, and where.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct OutputKeys {
     /// Result folder; `results/NAME_OF_THE_FILE` unless set.
@@ -594,6 +594,20 @@ pub struct OutputKeys {
     pub checkpoint: Option<EveryKeys>,
     /// Columns of `history.csv`.
     pub history: Vec<HistoryKeys>,
+    /// Whether a run ends with drawing `report.html` and its figures.
+    pub report: bool,
+}
+
+impl Default for OutputKeys {
+    fn default() -> Self {
+        OutputKeys {
+            directory: None,
+            snapshots: None,
+            checkpoint: None,
+            history: Vec::new(),
+            report: true,
+        }
+    }
 }
 
 /// How often something is written.

@@ -16,7 +16,7 @@ mod path;
 pub mod point;
 mod schema;
 mod source;
-mod tree;
+pub mod tree;
 mod write;
 
 pub use change::changes;

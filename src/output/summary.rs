@@ -32,6 +32,8 @@ pub struct Summary {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
     pub title: String,
+    /// What the user was warned of, a sentence each.
+    pub warnings: Vec<String>,
     pub ranks: usize,
     pub points: u64,
     /// Cells that hold points, at the end.
@@ -85,6 +87,7 @@ mod tests {
             exit_code: 3,
             message: Some("smallest step reached".into()),
             title: "Biaxial".into(),
+            warnings: vec!["domains stuck out of the grid".into()],
             ranks: 2,
             points: 900,
             active_cells: 100,

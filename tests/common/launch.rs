@@ -30,6 +30,7 @@ pub struct Launch {
     petsc: Vec<String>,
     environment: Vec<(String, String)>,
     directory: Option<String>,
+    report: bool,
     folder: Folder,
 }
 
@@ -42,6 +43,7 @@ impl Launch {
             petsc: Vec::new(),
             environment: Vec::new(),
             directory: None,
+            report: false,
             folder: Folder::new(),
         }
     }
@@ -117,6 +119,12 @@ impl Launch {
         self
     }
 
+    /// Draws the report at the end, which other runs leave out to save time.
+    pub fn with_report(mut self) -> Self {
+        self.report = true;
+        self
+    }
+
     /// Leaves the result folder to the configuration.
     pub fn no_output(mut self) -> Self {
         self.directory = None;
@@ -164,6 +172,9 @@ impl Launch {
         command.args(&self.arguments);
         if let Some(directory) = &self.directory {
             command.arg("--output").arg(directory);
+            if !self.report {
+                command.args(["--set", "output.report=false"]);
+            }
         }
         if !self.petsc.is_empty() {
             command.arg("--").args(&self.petsc);

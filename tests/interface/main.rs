@@ -10,6 +10,7 @@ mod commands;
 mod halving;
 mod point;
 mod repetition;
+mod report;
 mod scenes;
 mod shapes;
 mod stopping;

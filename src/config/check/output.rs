@@ -47,6 +47,7 @@ impl Check<'_> {
             snapshot_every: every,
             checkpoint_every,
             history: history?,
+            report: keys.report,
             resolved: write::text(&resolved_tree),
             resolved_tree,
         })
