@@ -22,8 +22,9 @@ output:     parallel clock error
 verification: continuum material points parallel
 scene:      continuum grid material points condition solve verification
 config:     scene grid material points condition solve verification problem
+study:      config error output points problem report scene version
 app:        assembly clock condition config continuum error grid material output parallel petsc points problem scene solve verification version
-main:       app clock config error parallel scene
+main:       app clock config error parallel scene study
 lib:
 "
 failed=0

@@ -15,6 +15,7 @@
 //! 11. [`verification`]: problems with a known solution, and how far a run is from it.
 //! 12. [`scene`] and [`config`]: a valid scene, and how the text of a user becomes one.
 //! 13. [`app`]: from a scene to results; the one match that picks continuum and dimension.
+//! 14. [`study`]: many runs as processes of their own, and charts of them.
 //!
 //! Small ones that any may use: [`problem`] (what is wrong in a file, and where), [`error`] (why a run ends, exit codes),
 //! [`clock`] (where the time goes), [`version`].
@@ -42,6 +43,7 @@ pub mod points;
 pub mod problem;
 pub mod scene;
 pub mod solve;
+pub mod study;
 pub mod verification;
 pub mod version;
 

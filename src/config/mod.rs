@@ -1,11 +1,13 @@
 //! From the text of a user to a valid [`Scene`], with everything that is wrong found in one pass.
 //!
 //! In reading order: `tree` (YAML that knows its lines), `decode` (serde over it, going on after a problem), `file` (what
-//! may be typed), `check` (what makes sense), `input` (where the text comes from), `arguments` (the command line).
+//! may be typed), `check` (what makes sense), `input` (where the text comes from), `arguments` (the command line);
+//! `document` reads other files in the same way.
 
 pub mod arguments;
 mod check;
 mod decode;
+mod document;
 pub mod file;
 mod input;
 mod nearest;
@@ -15,7 +17,11 @@ mod source;
 mod tree;
 mod write;
 
+pub use decode::FlowText;
+pub use document::Document;
 pub use input::Input;
+pub use nearest::{did_you_mean, nearest};
+pub use path::Path as KeyPath;
 pub use source::Source;
 
 use crate::problem::Problem;
