@@ -19,6 +19,7 @@ assembly:   continuum material grid points condition parallel clock
 petsc:      parallel clock error
 solve:      continuum grid points condition assembly petsc parallel clock error
 output:     parallel clock error
+report:
 verification: continuum material points parallel
 scene:      continuum grid material points condition solve verification
 config:     scene grid material points condition solve verification problem

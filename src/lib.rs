@@ -41,6 +41,7 @@ pub mod parallel;
 pub mod petsc;
 pub mod points;
 pub mod problem;
+pub mod report;
 pub mod scene;
 pub mod solve;
 pub mod study;

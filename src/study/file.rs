@@ -66,6 +66,8 @@ pub struct VaryKeys {
 pub struct VariantKeys {
     /// Name in the table and the charts.
     pub label: String,
+    /// Name of the line that it belongs to in charts, where several lines lead through the variants.
+    pub line: Option<String>,
     /// A scene of its own instead of the study's, named relative to the study.
     pub scene: Option<String>,
     /// Keys that it sets.

@@ -33,13 +33,15 @@ fn grouped<'a>(study: &Study, rows: &'a [Row<'a>], without: Option<usize>, ranks
     let completed = rows.iter().filter(|row| row.outcome.completed() && !row.run.is_reference());
     let mut groups: Vec<Group<'a>> = Vec::new();
     for row in completed {
-        let kept = |index: &usize| Some(*index) != without;
-        let parts = (0..study.parameters.len()).filter(kept).map(|index| {
+        let parts = (0..study.parameters.len()).filter_map(|index| {
+            if Some(index) == without {
+                return row.run.lines[index].clone();
+            }
             let label = &row.run.labels[index];
             // A bare number needs to say what it is.
             let bare = label.chars().all(|letter| !letter.is_alphabetic());
             let short = study.parameters[index].rsplit('.').next().unwrap_or_default();
-            if bare { format!("{short} {label}") } else { label.clone() }
+            Some(if bare { format!("{short} {label}") } else { label.clone() })
         });
         let mut parts: Vec<String> = parts.collect();
         if ranks {

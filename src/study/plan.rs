@@ -16,6 +16,9 @@ const MAXIMUM_RUNS: usize = 10_000;
 /// Most ranks of a run.
 const MAXIMUM_RANKS: usize = 100_000;
 
+/// Name of the run that the others are compared with.
+const REFERENCE: &str = "reference";
+
 /// How a program is started on several ranks. Without `--bind-to none`, runs at the same time would share a core.
 const LAUNCHER: [&str; 6] = ["mpirun", "--quiet", "--bind-to", "none", "-n", "{ranks}"];
 
@@ -45,6 +48,8 @@ pub struct Run {
     pub name: String,
     /// What it is for each parameter; empty for the reference run.
     pub labels: Vec<String>,
+    /// The line of a chart that each of these belongs to, where it names one.
+    pub lines: Vec<Option<String>>,
     pub ranks: usize,
     pub scene: String,
     /// `KEY.KEY=VALUE`
@@ -61,7 +66,7 @@ pub struct Run {
 impl Run {
     /// Whether this is the run that the others are compared with.
     pub fn is_reference(&self) -> bool {
-        self.name == "reference"
+        self.name == REFERENCE
     }
 }
 
@@ -94,6 +99,7 @@ struct Setting {
 #[derive(Clone, Debug, Default)]
 struct Choice {
     label: String,
+    line: Option<String>,
     scene: Option<(String, KeyPath)>,
     settings: Vec<Setting>,
     ranks: Option<usize>,
@@ -350,21 +356,20 @@ impl Planner {
             let path = root.key("reference").key("run");
             self.ranks(&path.key("ranks"), reference.ranks);
             let choice = Choice {
-                label: "reference".to_owned(),
                 scene: reference.scene.clone().map(|scene| (scene, path.key("scene"))),
                 settings: settings(&reference.set, &path.key("set")),
                 ranks: reference.ranks,
+                ..Choice::default()
             };
             let ranks = reference.ranks.unwrap_or(1);
-            runs.extend(self.run("reference".to_owned(), Vec::new(), &[&choice], ranks, keys, measures));
+            runs.extend(self.run(REFERENCE.to_owned(), &[&choice], ranks, keys, measures));
         }
         for combination in combinations(choices) {
             for &ranks in &ranks {
                 let own = combination.iter().rev().find_map(|choice| choice.ranks);
                 let ranks = own.unwrap_or(ranks);
                 let name = run_name(parameters, &combination, (keys.ranks.is_some()).then_some(ranks));
-                let labels = combination.iter().map(|choice| choice.label.clone()).collect();
-                runs.extend(self.run(name, labels, &combination, ranks, keys, measures));
+                runs.extend(self.run(name, &combination, ranks, keys, measures));
             }
         }
         runs
@@ -374,7 +379,6 @@ impl Planner {
     fn run(
         &mut self,
         name: String,
-        labels: Vec<String>,
         choices: &[&Choice],
         ranks: usize,
         keys: &StudyFile,
@@ -413,8 +417,9 @@ impl Planner {
         };
         self.columns(measures, &valid, &scene);
         Some(Run {
+            labels: if name == REFERENCE { Vec::new() } else { choices.iter().map(|choice| choice.label.clone()).collect() },
+            lines: choices.iter().map(|choice| choice.line.clone()).collect(),
             name,
-            labels,
             ranks,
             scene,
             overrides: arguments.set,
@@ -459,6 +464,7 @@ impl Planner {
 fn variant(keys: &VariantKeys, path: &KeyPath) -> Choice {
     Choice {
         label: keys.label.clone(),
+        line: keys.line.clone(),
         scene: keys.scene.clone().map(|scene| (scene, path.key("scene"))),
         settings: settings(&keys.set, &path.key("set")),
         ranks: keys.ranks,
