@@ -47,12 +47,14 @@ impl<T: DeserializeOwned> Document<T> {
 }
 
 impl<T> Document<T> {
-    /// Adds a problem unless the place is known to be wrong.
+    /// Adds a problem unless it or the place is known to be wrong.
     pub fn report(&mut self, path: &Path, message: impl Into<String>, expected: impl Into<String>) {
-        self.findings.add(&self.source, path, message, expected);
+        if self.findings.sound(path) {
+            self.add(self.source.problem_at(path, message.into(), expected.into()));
+        }
     }
 
-    /// Adds a problem that was found in another file; one that is known already is not repeated.
+    /// Adds a problem, as one that was found in another file; one that is known already is not repeated.
     pub fn add(&mut self, problem: Problem) {
         if !self.findings.full() && !self.findings.problems.contains(&problem) {
             self.findings.problems.push(problem);

@@ -9,6 +9,8 @@ use std::path::Path;
 /// Something that is measured.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measure {
+    /// Its place in the list of the file.
+    pub entry: usize,
     pub name: String,
     kind: Kind,
 }
@@ -56,7 +58,7 @@ impl Measure {
     ///
     /// # Errors
     /// What is wrong, and what is accepted.
-    pub fn of(keys: &MeasureKeys) -> Result<Measure, (&'static str, &'static str)> {
+    pub fn of(entry: usize, keys: &MeasureKeys) -> Result<Measure, (&'static str, &'static str)> {
         let at = keys.at.as_ref().map(|at| Kind::At {
             columns: list(&at.column),
             when: at.when.clone(),
@@ -83,7 +85,7 @@ impl Measure {
             return Err(("the list of columns is empty", "names of columns"));
         }
         let name = keys.name.clone();
-        Ok(Measure { name, kind })
+        Ok(Measure { entry, name, kind })
     }
 
     /// How many numbers it has.
@@ -343,6 +345,7 @@ mod tests {
 
     fn measure(kind: Kind) -> Measure {
         Measure {
+            entry: 0,
             name: "m".to_owned(),
             kind,
         }

@@ -169,7 +169,7 @@ impl Planner {
         let mut measures: Vec<Measure> = Vec::new();
         for (index, entry) in keys.measure.iter().enumerate() {
             let path = section.index(index);
-            match Measure::of(entry) {
+            match Measure::of(index, entry) {
                 Ok(measure) => measures.push(measure),
                 Err((message, expected)) => self.document.report(&path, message, expected),
             }
@@ -189,8 +189,8 @@ impl Planner {
             self.require(!seen.contains(name), &path, format!("the name \"{name}\" is taken"), "a name of its own");
             seen.push(name.clone());
         }
-        for (index, measure) in measures.iter().enumerate() {
-            let path = root.key("measure").index(index).key("name");
+        for measure in measures {
+            let path = root.key("measure").index(measure.entry).key("name");
             for column in measure.columns() {
                 let message = format!("the name \"{column}\" is taken");
                 self.require(!seen.contains(&column), &path, message, "a name of its own");
@@ -271,8 +271,8 @@ impl Planner {
     fn reference(&mut self, keys: Option<&ReferenceKeys>, measures: &[Measure]) -> Reference {
         let path = KeyPath::root().key("reference");
         let Some(keys) = keys else {
-            for (index, _) in measures.iter().enumerate().filter(|(_, measure)| measure.needs_curve()) {
-                let path = KeyPath::root().key("measure").index(index);
+            for measure in measures.iter().filter(|measure| measure.needs_curve()) {
+                let path = KeyPath::root().key("measure").index(measure.entry);
                 self.document.report(&path, "there is no curve to be distant from", "a `reference` with run or file");
             }
             return Reference::None;
@@ -437,7 +437,14 @@ impl Planner {
             let key = KeyPath::parse(&setting.key);
             key.contains(&path) || path.contains(&key)
         };
-        match settings.iter().rev().find(meant).filter(|_| problem.file == "--set") {
+        // A key that nobody knows is reported with the path above it.
+        let named = |setting: &&Setting| {
+            let last = setting.key.rsplit('.').next().unwrap_or_default();
+            problem.message.contains(&format!("\"{last}\""))
+        };
+        let candidates: Vec<&Setting> = settings.iter().rev().filter(meant).collect();
+        let setting = candidates.iter().copied().find(named).or(candidates.first().copied());
+        match setting.filter(|_| problem.file == "--set") {
             Some(setting) => {
                 let message = format!("{scene}: {}: {}", problem.path, problem.message);
                 self.document.report(&setting.place, message, problem.expected);
@@ -450,11 +457,11 @@ impl Planner {
     fn columns(&mut self, measures: &[Measure], scene: &Scene, file: &str) {
         let mut known: Vec<String> = ["step", "load_factor", "step_size", "newton_iterations"].map(str::to_owned).into();
         known.extend(scene.output.history.iter().flat_map(|column| column.column_names(scene.kinematics)));
-        for (index, measure) in measures.iter().enumerate() {
+        for measure in measures {
             for column in measure.history_columns() {
                 let hint = did_you_mean(nearest(column, known.iter().map(String::as_str)));
                 let message = format!("the history of {file} has no column \"{column}\"{hint}");
-                let path = KeyPath::root().key("measure").index(index);
+                let path = KeyPath::root().key("measure").index(measure.entry);
                 self.require(known.iter().any(|name| name == column), &path, message, known.join(", "));
             }
         }
