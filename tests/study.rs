@@ -55,37 +55,115 @@ impl Case {
 
 fn study(file: &Path, output: &Path, options: &[&str]) -> Run {
     let (file, output) = (file.to_string_lossy(), output.to_string_lossy());
-    Launch::arguments(&["study", &file, "--output", &output]).with(options).run()
+    Launch::arguments(&["study", &file, "--output", &output])
+        .with(options)
+        .run()
 }
 
 /// Each wrong study with pieces that its messages must have, and how many messages there are.
 const WRONG: &[(&str, usize, &[&str])] = &[
-    ("varry: []", 1, &["study.yaml:2:1: unknown key \"varry\", did you mean \"vary\"?"]),
-    ("vary:\n  - {key: grid.cell_sise, values: [1]}", 1, &[
-        "study.yaml:3:36: vary[0].values[0]: ",
-        "unknown key \"cell_sise\", did you mean \"cell_size\"?",
-    ]),
-    ("vary:\n  - {key: grid.cell_size, values: [0.01, 0.007]}", 1, &["study.yaml:3:42: vary[0].values[1]: "]),
-    ("set: {materials.rubber.shear_modulus: -1}", 1, &["study.yaml:2:7: set.materials.rubber.shear_modulus: "]),
-    ("vary:\n  - {name: a}\n  - {name: b, key: grid.basis, variants: []}", 2, &["it is not clear what is varied"]),
-    ("vary:\n  - {key: grid.basis, values: []}", 1, &["there is nothing to choose from"]),
-    ("vary:\n  - {key: grid.basis, values: [gimp, \"gimp\"]}", 1, &["is there twice"]),
-    ("vary:\n  - {key: grid.basis, values: [gimp]}\n  - {key: grid.basis, values: [gimp]}", 1, &["is taken"]),
-    ("measure:\n  - {name: a, max: bass}", 1, &["has no column \"bass\", did you mean \"base\"?"]),
-    ("measure:\n  - {name: a, max: base, min: base}\n  - {name: b}", 2, &["exactly one of last, max, min"]),
-    ("measure:\n  - {name: dofs, max: base}", 1, &["the name \"dofs\" is taken"]),
-    ("measure:\n  - {name: a, distance: {x: shift, y: base}}", 1, &["no curve to be distant from"]),
-    ("measure:\n  - {name: a, max: base}\nreference: {values: {b: 1.0}}", 1, &["nothing named \"b\" is measured"]),
-    ("measure:\n  - {name: a, max: base}\nreference: {values: {a: [1.0, 2.0]}}", 1, &["2 numbers for a measure that has 1"]),
-    ("measure:\n  - {name: a, max: base}\nreference: {values: {a: 0}}", 1, &["relative to zero"]),
+    (
+        "varry: []",
+        1,
+        &["study.yaml:2:1: unknown key \"varry\", did you mean \"vary\"?"],
+    ),
+    (
+        "vary:\n  - {key: grid.cell_sise, values: [1]}",
+        1,
+        &[
+            "study.yaml:3:36: vary[0].values[0]: ",
+            "unknown key \"cell_sise\", did you mean \"cell_size\"?",
+        ],
+    ),
+    (
+        "vary:\n  - {key: grid.cell_size, values: [0.01, 0.007]}",
+        1,
+        &["study.yaml:3:42: vary[0].values[1]: "],
+    ),
+    (
+        "set: {materials.rubber.shear_modulus: -1}",
+        1,
+        &["study.yaml:2:7: set.materials.rubber.shear_modulus: "],
+    ),
+    (
+        "vary:\n  - {name: a}\n  - {name: b, key: grid.basis, variants: []}",
+        2,
+        &["it is not clear what is varied"],
+    ),
+    (
+        "vary:\n  - {key: grid.basis, values: []}",
+        1,
+        &["there is nothing to choose from"],
+    ),
+    (
+        "vary:\n  - {key: grid.basis, values: [gimp, \"gimp\"]}",
+        1,
+        &["is there twice"],
+    ),
+    (
+        "vary:\n  - {key: grid.basis, values: [gimp]}\n  - {key: grid.basis, values: [gimp]}",
+        1,
+        &["is taken"],
+    ),
+    (
+        "measure:\n  - {name: a, max: bass}",
+        1,
+        &["has no column \"bass\", did you mean \"base\"?"],
+    ),
+    (
+        "measure:\n  - {name: a, max: base, min: base}\n  - {name: b}",
+        2,
+        &["exactly one of last, max, min"],
+    ),
+    (
+        "measure:\n  - {name: dofs, max: base}",
+        1,
+        &["the name \"dofs\" is taken"],
+    ),
+    (
+        "measure:\n  - {name: a, distance: {x: shift, y: base}}",
+        1,
+        &["no curve to be distant from"],
+    ),
+    (
+        "measure:\n  - {name: a, max: base}\nreference: {values: {b: 1.0}}",
+        1,
+        &["nothing named \"b\" is measured"],
+    ),
+    (
+        "measure:\n  - {name: a, max: base}\nreference: {values: {a: [1.0, 2.0]}}",
+        1,
+        &["2 numbers for a measure that has 1"],
+    ),
+    (
+        "measure:\n  - {name: a, max: base}\nreference: {values: {a: 0}}",
+        1,
+        &["relative to zero"],
+    ),
     ("reference: {file: absent.csv}", 1, &["absent.csv cannot be read"]),
     ("reference: {}", 1, &["exactly one of run, values, file"]),
     ("ranks: [1, 0]", 1, &["ranks: 0 is out of bounds"]),
     ("ranks: [2, 2]", 1, &["each once"]),
-    ("charts: {along: rows}\nvary:\n  - {name: row, key: grid.basis, values: [gimp]}", 1, &["did you mean \"row\"?"]),
-    ("launcher: [mpirun, -n, 2]", 1, &["the number of ranks is not passed on"]),
-    ("ranks: [1, 2]\nvary:\n  - {name: a, variants: [{label: x, ranks: 2}]}", 1, &["variants set the ranks too"]),
-    ("vary:\n  - {name: a, variants: [{label: x, scene: none.yaml}]}", 1, &["none.yaml: there is no such file"]),
+    (
+        "charts: {along: rows}\nvary:\n  - {name: row, key: grid.basis, values: [gimp]}",
+        1,
+        &["did you mean \"row\"?"],
+    ),
+    (
+        "launcher: [mpirun, -n, 2]",
+        1,
+        &["the number of ranks is not passed on"],
+    ),
+    (
+        "ranks: [1, 2]\nvary:\n  - {name: a, variants: [{label: x, ranks: 2}]}",
+        1,
+        &["variants set the ranks too"],
+    ),
+    (
+        "vary:\n  - {name: a, variants: [{label: x, scene: none.yaml}]}",
+        1,
+        &["none.yaml: there is no such file"],
+    ),
 ];
 
 #[test]
@@ -105,7 +183,11 @@ fn wrong_studies_are_refused_with_place_and_hint() {
 fn all_problems_are_found_in_one_pass() {
     let text = "ranks: 0\nvary:\n  - {key: grid.basis, values: [gimpp]}\nmeasure:\n  - {name: a, lst: base}";
     let run = Case::new(text).run(&["--dry-run"]).expect_code(2);
-    for piece in ["ranks: 0", "\"gimpp\" is not accepted", "unknown key \"lst\", did you mean \"last\"?"] {
+    for piece in [
+        "ranks: 0",
+        "\"gimpp\" is not accepted",
+        "unknown key \"lst\", did you mean \"last\"?",
+    ] {
         assert!(run.stderr.contains(piece), "{piece}\n{}", run.stderr);
     }
 }
@@ -154,12 +236,16 @@ fn every_combination_is_run_once_and_again_only_when_it_changes() {
     assert!(second.stdout.contains("4 runs, 0 to do"), "{}", second.stdout);
 
     // A change of the scene that two of the runs override concerns the other two.
-    case.folder.write("block.yaml", &BLOCK.replace("lame_lambda: 8.0e6", "lame_lambda: 7.0e6"));
+    case.folder
+        .write("block.yaml", &BLOCK.replace("lame_lambda: 8.0e6", "lame_lambda: 7.0e6"));
     let third = case.run(&[]).completed();
     assert!(third.stdout.contains("4 runs, 2 to do"), "{}", third.stdout);
     assert!(third.stdout.contains("law-soft: completed") && !third.stdout.contains("law-stiff: completed"));
     // A comment changes nothing.
-    case.folder.write("block.yaml", &format!("# A comment\n{}", BLOCK.replace("lambda: 8.0e6", "lambda: 7.0e6")));
+    case.folder.write(
+        "block.yaml",
+        &format!("# A comment\n{}", BLOCK.replace("lambda: 8.0e6", "lambda: 7.0e6")),
+    );
     assert!(case.run(&["--dry-run"]).completed().stdout.contains("4 runs, 0 to do"));
 }
 
@@ -228,10 +314,9 @@ fn fitted_rates_of_the_manufactured_solution_are_those_of_the_reference() {
         .replace("values: [4, 8, 16]", "values: [4, 8]")
         .replace("../manufactured_4.yaml", &scene.to_string_lossy());
     let run = study(&folder.write("rates.yaml", &text), &folder.path().join("out"), &[]).completed();
-    let reference = std::fs::read_to_string(
-        Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/manufactured.json"),
-    )
-    .unwrap();
+    let reference =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/manufactured.json"))
+            .unwrap();
     let reference: serde_json::Value = serde_json::from_str(&reference).unwrap();
     for (measure, key) in [
         ("error_u", "e_u"),
@@ -250,7 +335,11 @@ fn fitted_rates_of_the_manufactured_solution_are_those_of_the_reference() {
     }
     let table = Table::read(&folder.path().join("out/study.csv"));
     assert_eq!(table.column("cell_size"), [0.25, 0.125]);
-    for name in ["error_against_cell_size.svg", "error_against_cpu_error_u.png", "study.html"] {
+    for name in [
+        "error_against_cell_size.svg",
+        "error_against_cpu_error_u.png",
+        "study.html",
+    ] {
         assert!(folder.path().join("out").join(name).is_file(), "{name}");
     }
 }
@@ -264,7 +353,12 @@ fn a_reference_run_and_a_reference_file_give_the_same_errors() {
     let by_run = case.table();
     assert_eq!(by_run.text("run")[0], "reference");
     let errors = |table: &Table, skip: usize| -> Vec<f64> {
-        let of = |name: &str| -> Vec<f64> { table.text(name)[skip..].iter().map(|cell| cell.parse().unwrap()).collect() };
+        let of = |name: &str| -> Vec<f64> {
+            table.text(name)[skip..]
+                .iter()
+                .map(|cell| cell.parse().unwrap())
+                .collect()
+        };
         [of("curve"), of("force_error")].concat()
     };
     let own = errors(&by_run, 1);
@@ -273,7 +367,10 @@ fn a_reference_run_and_a_reference_file_give_the_same_errors() {
 
     let history = std::fs::read_to_string(case.path("out/runs/reference/history.csv")).unwrap();
     case.folder.write("exact.csv", &history);
-    case.folder.write("study.yaml", &format!("scene: block.yaml\n{vary}{measures}reference: {{file: exact.csv}}"));
+    case.folder.write(
+        "study.yaml",
+        &format!("scene: block.yaml\n{vary}{measures}reference: {{file: exact.csv}}"),
+    );
     let again = case.run(&[]).completed();
     assert!(again.stdout.contains("2 runs, 0 to do"), "{}", again.stdout);
     assert_eq!(errors(&case.table(), 0), own);
@@ -281,15 +378,30 @@ fn a_reference_run_and_a_reference_file_give_the_same_errors() {
 
 #[test]
 fn a_batch_script_has_one_task_a_run_and_results_are_collected_later() {
-    let case = Case::new("ranks: [1, 2]\nvary:\n  - {key: grid.basis, values: [linear, gimp]}\n\
-        slurm: {time: \"00:10:00\", options: [--account=\"the group\"], before: [module load openmpi]}");
+    let case = Case::new(
+        "ranks: [1, 2]\nvary:\n  - {key: grid.basis, values: [linear, gimp]}\n\
+        slurm: {time: \"00:10:00\", options: [--account=\"the group\"], before: [module load openmpi]}",
+    );
     let written = case.run(&["--slurm"]).completed();
-    assert!(written.stdout.contains("sbatch --ntasks=1 --array=1,3"), "{}", written.stdout);
-    assert!(written.stdout.contains("sbatch --ntasks=2 --array=2,4"), "{}", written.stdout);
+    assert!(
+        written.stdout.contains("sbatch --ntasks=1 --array=1,3"),
+        "{}",
+        written.stdout
+    );
+    assert!(
+        written.stdout.contains("sbatch --ntasks=2 --array=2,4"),
+        "{}",
+        written.stdout
+    );
     assert!(!case.path("out/runs").exists(), "nothing was run");
     let script = case.path("out/study.slurm");
     let text = std::fs::read_to_string(&script).unwrap();
-    for line in ["#SBATCH --array=1-4", "#SBATCH --ntasks=2", "#SBATCH --time=00:10:00", "module load openmpi"] {
+    for line in [
+        "#SBATCH --array=1-4",
+        "#SBATCH --ntasks=2",
+        "#SBATCH --time=00:10:00",
+        "module load openmpi",
+    ] {
         assert!(text.lines().any(|own| own == line), "{line}\n{text}");
     }
     let syntax = Command::new("bash").arg("-n").arg(&script).status().unwrap();
@@ -299,10 +411,17 @@ fn a_batch_script_has_one_task_a_run_and_results_are_collected_later() {
     case.run(&["--collect"]).expect_code(3);
     assert_eq!(case.table().text("status"), ["missing"; 4]);
     // A task of the array, as Slurm starts it.
-    let task = Command::new("bash").arg(&script).env("SLURM_ARRAY_TASK_ID", "3").output().unwrap();
+    let task = Command::new("bash")
+        .arg(&script)
+        .env("SLURM_ARRAY_TASK_ID", "3")
+        .output()
+        .unwrap();
     assert!(task.status.success(), "{task:?}");
     case.run(&["--collect"]).expect_code(3);
-    assert_eq!(case.table().text("status"), ["missing", "missing", "completed", "missing"]);
+    assert_eq!(
+        case.table().text("status"),
+        ["missing", "missing", "completed", "missing"]
+    );
     assert!(case.run(&["--dry-run"]).completed().stdout.contains("4 runs, 3 to do"));
 }
 
@@ -313,7 +432,9 @@ fn every_study_of_the_repository_can_be_listed() {
     let mut count = 0;
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
-        let run = Launch::arguments(&["study", &path.to_string_lossy(), "--dry-run"]).run().completed();
+        let run = Launch::arguments(&["study", &path.to_string_lossy(), "--dry-run"])
+            .run()
+            .completed();
         assert!(run.stdout.contains(" to do"), "{}", path.display());
         count += 1;
     }

@@ -120,7 +120,10 @@ impl Node {
         match &self.value {
             Value::Plain(text) => text.clone(),
             Value::Quoted(text) => serde_json::Value::from(text.as_str()).to_string(),
-            Value::List(nodes) => format!("[{}]", nodes.iter().map(Node::flow_within).collect::<Vec<_>>().join(", ")),
+            Value::List(nodes) => format!(
+                "[{}]",
+                nodes.iter().map(Node::flow_within).collect::<Vec<_>>().join(", ")
+            ),
             Value::Mapping(entries) => {
                 let entry = |entry: &Entry| {
                     let key = Node {

@@ -37,7 +37,9 @@ pub fn draw(study: &Study, rows: &[Row<'_>], rates: &[Rate]) -> Result<Vec<Figur
 }
 
 fn series(number: usize, name: &str, points: Vec<(f64, f64)>) -> Series {
-    Series::new(name, points).marked(MARKERS[number % MARKERS.len()]).coloured(number)
+    Series::new(name, points)
+        .marked(MARKERS[number % MARKERS.len()])
+        .coloured(number)
 }
 
 /// Error against processor time, a chart per error: further down is more accurate, further left is cheaper.
@@ -55,7 +57,9 @@ fn work_precision(study: &Study, rows: &[Row<'_>]) -> Vec<Figure> {
         if all.iter().map(|series| series.points.len()).sum::<usize>() < 2 {
             return None;
         }
-        let along = study.along.map(|along| format!(" Lines join runs that differ in {} alone.", study.parameters[along]));
+        let along = study
+            .along
+            .map(|along| format!(" Lines join runs that differ in {} alone.", study.parameters[along]));
         Some(Figure {
             stem: format!("error_against_cpu_{}", file_name(&measure.name)),
             chart: LineChart::new(
@@ -95,7 +99,11 @@ fn errors_against_cells(study: &Study, rates: &[Rate]) -> Vec<Figure> {
         return Vec::new();
     }
     if one_line {
-        return vec![figure("error_against_cell_size".to_owned(), "error", &rates.iter().collect::<Vec<_>>())];
+        return vec![figure(
+            "error_against_cell_size".to_owned(),
+            "error",
+            &rates.iter().collect::<Vec<_>>(),
+        )];
     }
     let of_measure = |measure: &super::measure::Measure| {
         let own: Vec<&Rate> = rates.iter().filter(|rate| rate.measure == measure.name).collect();
@@ -119,13 +127,21 @@ fn scaling(study: &Study, rows: &[Row<'_>]) -> Vec<Figure> {
         let ideal = |&(ranks, _): &(f64, f64)| (ranks, ideal_time(points[0], ranks, weak));
         let efficiency = |&(ranks, time): &(f64, f64)| (ranks, ideal_time(points[0], ranks, weak) / time);
         times.push(series(number, &group.name, points.clone()));
-        times.push(Series::new("", points.iter().map(ideal).collect()).joined(Line::Dashed).coloured(number));
+        times.push(
+            Series::new("", points.iter().map(ideal).collect())
+                .joined(Line::Dashed)
+                .coloured(number),
+        );
         efficiencies.push(series(number, &group.name, points.iter().map(efficiency).collect()));
     }
     if times.is_empty() {
         return Vec::new();
     }
-    let (kind, work) = if weak { ("weak", "work that grows with the ranks") } else { ("strong", "the same work") };
+    let (kind, work) = if weak {
+        ("weak", "work that grows with the ranks")
+    } else {
+        ("strong", "the same work")
+    };
     let ranks = || Axis::new("ranks", "");
     vec![
         Figure {
@@ -157,7 +173,11 @@ fn ideal_time(fewest: (f64, f64), ranks: f64, weak: bool) -> f64 {
 }
 
 fn error_name(measure: &str) -> String {
-    if measure.contains("error") { measure.to_owned() } else { format!("error of {measure}") }
+    if measure.contains("error") {
+        measure.to_owned()
+    } else {
+        format!("error of {measure}")
+    }
 }
 
 fn file_name(measure: &str) -> String {

@@ -55,7 +55,11 @@ pub fn shell_line(words: &[String]) -> String {
 /// # Errors
 /// The folder of a run cannot be written.
 pub fn all(study: &Study, program: &str, jobs: usize) -> Result<(), Error> {
-    let due: Vec<&Run> = study.runs.iter().filter(|run| outcome::state(run) != State::Done).collect();
+    let due: Vec<&Run> = study
+        .runs
+        .iter()
+        .filter(|run| outcome::state(run) != State::Done)
+        .collect();
     println!("{} runs, {} to do", study.runs.len(), due.len());
     warn_of_crowding(&due, jobs);
     let (next, ended) = (AtomicUsize::new(0), AtomicUsize::new(0));
@@ -74,9 +78,11 @@ pub fn all(study: &Study, program: &str, jobs: usize) -> Result<(), Error> {
     };
     std::thread::scope(|scope| {
         let workers: Vec<_> = (0..jobs.min(due.len())).map(|_| scope.spawn(work)).collect();
-        workers
-            .into_iter()
-            .try_for_each(|worker| worker.join().unwrap_or_else(|_| Err(Error::System("a worker ended".to_owned()))))
+        workers.into_iter().try_for_each(|worker| {
+            worker
+                .join()
+                .unwrap_or_else(|_| Err(Error::System("a worker ended".to_owned())))
+        })
     })
 }
 
@@ -140,7 +146,15 @@ fn environment(command: &mut Command) {
 /// `OMPI_ALLOW_RUN_AS_ROOT`) is not.
 fn is_of_launcher(name: &str) -> bool {
     let of_ranks = ["PMIX_", "PMI_", "ORTE_", "PRTE_"];
-    let own_settings = ["ess", "orte", "pmix", "plm", "initial_wdir", "shmem_RUNTIME", "mpi_oversubscribe"];
+    let own_settings = [
+        "ess",
+        "orte",
+        "pmix",
+        "plm",
+        "initial_wdir",
+        "shmem_RUNTIME",
+        "mpi_oversubscribe",
+    ];
     if of_ranks.iter().any(|prefix| name.starts_with(prefix)) {
         return true;
     }
@@ -162,10 +176,20 @@ mod tests {
 
     #[test]
     fn settings_of_users_stay_and_those_of_launchers_go() {
-        for name in ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "OMPI_MCA_ess_base_jobid", "OMPI_APP_CTX_NUM_PROCS"] {
+        for name in [
+            "OMPI_COMM_WORLD_SIZE",
+            "PMIX_RANK",
+            "OMPI_MCA_ess_base_jobid",
+            "OMPI_APP_CTX_NUM_PROCS",
+        ] {
             assert!(is_of_launcher(name), "{name}");
         }
-        for name in ["OMPI_MCA_rmaps_base_oversubscribe", "OMPI_ALLOW_RUN_AS_ROOT", "PATH", "PETSC_OPTIONS"] {
+        for name in [
+            "OMPI_MCA_rmaps_base_oversubscribe",
+            "OMPI_ALLOW_RUN_AS_ROOT",
+            "PATH",
+            "PETSC_OPTIONS",
+        ] {
             assert!(!is_of_launcher(name), "{name}");
         }
     }

@@ -13,7 +13,9 @@ pub struct Group<'a> {
 
 /// Runs that differ in the parameter along lines and nothing else.
 pub fn by_parameter<'a>(study: &Study, rows: &'a [Row<'a>]) -> Vec<Group<'a>> {
-    let many_ranks = rows.iter().any(|row| !row.run.is_reference() && row.run.ranks != rows[rows.len() - 1].run.ranks);
+    let many_ranks = rows
+        .iter()
+        .any(|row| !row.run.is_reference() && row.run.ranks != rows[rows.len() - 1].run.ranks);
     let in_variants = study.scaling == super::file::ScalingName::Weak;
     grouped(study, rows, study.along, many_ranks && !in_variants)
 }
@@ -30,7 +32,9 @@ pub fn by_ranks<'a>(study: &Study, rows: &'a [Row<'a>]) -> Vec<Group<'a>> {
 
 /// Groups of the completed runs, apart from the reference, that agree in everything but one parameter.
 fn grouped<'a>(study: &Study, rows: &'a [Row<'a>], without: Option<usize>, ranks: bool) -> Vec<Group<'a>> {
-    let completed = rows.iter().filter(|row| row.outcome.completed() && !row.run.is_reference());
+    let completed = rows
+        .iter()
+        .filter(|row| row.outcome.completed() && !row.run.is_reference());
     let mut groups: Vec<Group<'a>> = Vec::new();
     for row in completed {
         let parts = (0..study.parameters.len()).filter_map(|index| {
@@ -41,7 +45,11 @@ fn grouped<'a>(study: &Study, rows: &'a [Row<'a>], without: Option<usize>, ranks
             // A bare number needs to say what it is.
             let bare = label.chars().all(|letter| !letter.is_alphabetic());
             let short = study.parameters[index].rsplit('.').next().unwrap_or_default();
-            Some(if bare { format!("{short} {label}") } else { label.clone() })
+            Some(if bare {
+                format!("{short} {label}")
+            } else {
+                label.clone()
+            })
         });
         let mut parts: Vec<String> = parts.collect();
         if ranks {

@@ -20,8 +20,15 @@ enum Kind {
     Last(Vec<String>),
     Max(String),
     Min(String),
-    At { columns: Vec<String>, when: String, equals: f64 },
-    Distance { x: String, y: String },
+    At {
+        columns: Vec<String>,
+        when: String,
+        equals: f64,
+    },
+    Distance {
+        x: String,
+        y: String,
+    },
     Summary(String),
     Error(String),
 }
@@ -179,7 +186,10 @@ impl Measure {
             _ => {
                 let values = self.values(history, Some(outcome));
                 let exact = reference.values.get(&self.name);
-                let error = values.as_ref().zip(exact).and_then(|(values, exact)| relative(values, exact));
+                let error = values
+                    .as_ref()
+                    .zip(exact)
+                    .and_then(|(values, exact)| relative(values, exact));
                 Reading {
                     values: values.unwrap_or_else(|| vec![f64::NAN; self.size()]),
                     error,
@@ -317,7 +327,12 @@ impl History {
 
     /// Two columns as a curve from left to right, if it does not turn back; of equal places the last counts.
     fn curve(&self, x: &str, y: &str) -> Option<Curve> {
-        let mut curve: Curve = self.column(x)?.iter().copied().zip(self.column(y)?.iter().copied()).collect();
+        let mut curve: Curve = self
+            .column(x)?
+            .iter()
+            .copied()
+            .zip(self.column(y)?.iter().copied())
+            .collect();
         if curve.first()?.0 > curve.last()?.0 {
             curve.reverse();
         }
@@ -337,7 +352,9 @@ mod tests {
     use super::*;
 
     fn history(columns: &[(&str, &[f64])]) -> History {
-        let columns = columns.iter().map(|(name, values)| ((*name).to_owned(), values.to_vec()));
+        let columns = columns
+            .iter()
+            .map(|(name, values)| ((*name).to_owned(), values.to_vec()));
         History {
             columns: columns.collect(),
         }

@@ -49,7 +49,11 @@ fn list(study: &Study, program: &str) -> Result<(), Error> {
         println!("{:3}  {}  [{state}]", number + 1, run.name);
         println!("     {}", launch::shell_line(&study.command(run, program)));
     }
-    let count = study.runs.iter().filter(|run| outcome::state(run) != State::Done).count();
+    let count = study
+        .runs
+        .iter()
+        .filter(|run| outcome::state(run) != State::Done)
+        .count();
     println!("{} runs, {count} to do", study.runs.len());
     Ok(())
 }

@@ -94,7 +94,11 @@ pub fn state(run: &Run) -> State {
     if !same_program(&summary["versions"], made) {
         return State::OtherProgram;
     }
-    if summary["status"] == "completed" { State::Done } else { State::Failed }
+    if summary["status"] == "completed" {
+        State::Done
+    } else {
+        State::Failed
+    }
 }
 
 /// The same version and commit; where a commit does not tell all, a program that is not newer than the results.
@@ -133,7 +137,9 @@ pub fn read(run: &Run) -> Outcome {
     outcome.summary = json(&run.folder.join("summary.json"));
     for source in [&outcome.summary, &failure].into_iter().flatten() {
         outcome.exit_code = outcome.exit_code.or(source["exit_code"].as_i64());
-        outcome.message = outcome.message.or_else(|| source["message"].as_str().map(str::to_owned));
+        outcome.message = outcome
+            .message
+            .or_else(|| source["message"].as_str().map(str::to_owned));
     }
     if let Some(status) = outcome.summary.as_ref().and_then(|summary| summary["status"].as_str()) {
         outcome.status = status.to_owned();

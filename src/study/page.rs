@@ -71,7 +71,11 @@ fn rounded(cell: &str) -> String {
     match cell.parse::<f64>() {
         Ok(value) if cell.contains(['.', 'e']) && value.is_finite() => {
             let digits = (3 - value.abs().log10().floor() as i32).clamp(0, 17) as usize;
-            if (1e-3..1e6).contains(&value.abs()) { format!("{value:.digits$}") } else { format!("{value:.3e}") }
+            if (1e-3..1e6).contains(&value.abs()) {
+                format!("{value:.digits$}")
+            } else {
+                format!("{value:.3e}")
+            }
         }
         _ => cell.to_owned(),
     }

@@ -113,7 +113,9 @@ pub fn read(file: &str, output: Option<&Path>) -> Result<Study, Vec<Problem>> {
     let document = Document::<StudyFile>::from_disk(file, "scene, vary, measure")?;
     let keys = document.content.clone();
     let path = Path::new(file);
-    let stem = path.file_stem().map_or_else(|| "study".into(), |stem| stem.to_string_lossy());
+    let stem = path
+        .file_stem()
+        .map_or_else(|| "study".into(), |stem| stem.to_string_lossy());
     let folder = output
         .map(Path::to_path_buf)
         .or_else(|| keys.output.as_ref().map(PathBuf::from))
@@ -125,7 +127,9 @@ pub fn read(file: &str, output: Option<&Path>) -> Result<Study, Vec<Problem>> {
     };
     let measures = planner.measures(&keys);
     let parameters = planner.parameters(&keys.vary, &measures);
-    let choices: Vec<_> = (0..keys.vary.len()).map(|index| planner.choices(index, &keys.vary[index])).collect();
+    let choices: Vec<_> = (0..keys.vary.len())
+        .map(|index| planner.choices(index, &keys.vary[index]))
+        .collect();
     let along = planner.along(&keys.charts, &parameters);
     let launcher = planner.launcher(keys.launcher.as_deref());
     let reference = planner.reference(keys.reference.as_ref(), &measures);
@@ -134,7 +138,11 @@ pub fn read(file: &str, output: Option<&Path>) -> Result<Study, Vec<Problem>> {
         return Err(planner.document.problems());
     }
     Ok(Study {
-        title: if keys.title.is_empty() { stem.into_owned() } else { keys.title },
+        title: if keys.title.is_empty() {
+            stem.into_owned()
+        } else {
+            keys.title
+        },
         folder,
         parameters,
         runs,
@@ -157,7 +165,13 @@ struct Planner {
 }
 
 impl Planner {
-    fn require(&mut self, holds: bool, path: &KeyPath, message: impl Into<String>, expected: impl Into<String>) -> bool {
+    fn require(
+        &mut self,
+        holds: bool,
+        path: &KeyPath,
+        message: impl Into<String>,
+        expected: impl Into<String>,
+    ) -> bool {
         if !holds {
             self.document.report(path, message, expected);
         }
@@ -185,8 +199,18 @@ impl Planner {
         let mut seen: Vec<String> = super::table::FIXED_COLUMNS.iter().map(ToString::to_string).collect();
         for (index, name) in names.iter().enumerate() {
             let path = root.key("vary").index(index);
-            self.require(!name.is_empty(), &path, "what is varied has no name", "`name`, or `key`");
-            self.require(!seen.contains(name), &path, format!("the name \"{name}\" is taken"), "a name of its own");
+            self.require(
+                !name.is_empty(),
+                &path,
+                "what is varied has no name",
+                "`name`, or `key`",
+            );
+            self.require(
+                !seen.contains(name),
+                &path,
+                format!("the name \"{name}\" is taken"),
+                "a name of its own",
+            );
             seen.push(name.clone());
         }
         for measure in measures {
@@ -205,7 +229,12 @@ impl Planner {
         let path = KeyPath::root().key("vary").index(index);
         let form = "`key` with `values`, or `variants` with a `name`";
         let choices: Vec<Choice> = match keys {
-            VaryKeys { key: Some(key), values: Some(values), variants: None, .. } => {
+            VaryKeys {
+                key: Some(key),
+                values: Some(values),
+                variants: None,
+                ..
+            } => {
                 let choice = |(number, value): (usize, &crate::config::FlowText)| Choice {
                     label: value.0.clone(),
                     settings: vec![Setting {
@@ -217,19 +246,37 @@ impl Planner {
                 };
                 values.iter().enumerate().map(choice).collect()
             }
-            VaryKeys { key: None, values: None, variants: Some(variants), .. } => {
+            VaryKeys {
+                key: None,
+                values: None,
+                variants: Some(variants),
+                ..
+            } => {
                 let at = |number: usize| path.key("variants").index(number);
-                variants.iter().enumerate().map(|(number, keys)| variant(keys, &at(number))).collect()
+                variants
+                    .iter()
+                    .enumerate()
+                    .map(|(number, keys)| variant(keys, &at(number)))
+                    .collect()
             }
             _ => {
                 self.document.report(&path, "it is not clear what is varied", form);
                 return Vec::new();
             }
         };
-        self.require(!choices.is_empty(), &path, "there is nothing to choose from", "at least one value");
+        self.require(
+            !choices.is_empty(),
+            &path,
+            "there is nothing to choose from",
+            "at least one value",
+        );
         for (number, choice) in choices.iter().enumerate() {
-            let twin = choices[..number].iter().any(|other| slug(&other.label) == slug(&choice.label));
-            let place = path.key(if keys.key.is_some() { "values" } else { "variants" }).index(number);
+            let twin = choices[..number]
+                .iter()
+                .any(|other| slug(&other.label) == slug(&choice.label));
+            let place = path
+                .key(if keys.key.is_some() { "values" } else { "variants" })
+                .index(number);
             let message = format!("\"{}\" is there twice, or too like another one", choice.label);
             self.require(!twin, &place, message, "names that differ in letters or digits");
             self.ranks(&place.key("ranks"), choice.ranks);
@@ -241,7 +288,12 @@ impl Planner {
         for ranks in ranks {
             let holds = (1..=MAXIMUM_RANKS).contains(&ranks);
             let message = format!("{ranks} is out of bounds");
-            self.require(holds, path, message, format!("a whole number from 1 to {MAXIMUM_RANKS}"));
+            self.require(
+                holds,
+                path,
+                message,
+                format!("a whole number from 1 to {MAXIMUM_RANKS}"),
+            );
         }
     }
 
@@ -273,13 +325,25 @@ impl Planner {
         let Some(keys) = keys else {
             for measure in measures.iter().filter(|measure| measure.needs_curve()) {
                 let path = KeyPath::root().key("measure").index(measure.entry);
-                self.document.report(&path, "there is no curve to be distant from", "a `reference` with run or file");
+                self.document.report(
+                    &path,
+                    "there is no curve to be distant from",
+                    "a `reference` with run or file",
+                );
             }
             return Reference::None;
         };
         match keys {
-            ReferenceKeys { run: Some(_), values: None, file: None } => Reference::Run,
-            ReferenceKeys { run: None, values: Some(values), file: None } => {
+            ReferenceKeys {
+                run: Some(_),
+                values: None,
+                file: None,
+            } => Reference::Run,
+            ReferenceKeys {
+                run: None,
+                values: Some(values),
+                file: None,
+            } => {
                 for (name, value) in values {
                     let path = path.key("values").key(name);
                     self.reference_value(&path, name, value, measures);
@@ -290,18 +354,27 @@ impl Planner {
                 };
                 Reference::Values(values.iter().map(|(name, value)| (name.clone(), list(value))).collect())
             }
-            ReferenceKeys { run: None, values: None, file: Some(file) } => {
+            ReferenceKeys {
+                run: None,
+                values: None,
+                file: Some(file),
+            } => {
                 let place = path.key("file");
                 match History::read(&self.directory.join(file)) {
                     Ok(table) => Reference::Table(table),
                     Err(message) => {
-                        self.document.report(&place, message, "a CSV file with a head line and numbers");
+                        self.document
+                            .report(&place, message, "a CSV file with a head line and numbers");
                         Reference::None
                     }
                 }
             }
             _ => {
-                self.document.report(&path, "it is not clear what is compared with", "exactly one of run, values, file");
+                self.document.report(
+                    &path,
+                    "it is not clear what is compared with",
+                    "exactly one of run, values, file",
+                );
                 Reference::None
             }
         }
@@ -312,7 +385,11 @@ impl Planner {
         let Some(measure) = measures.iter().find(|measure| measure.name == name) else {
             let names: Vec<&str> = measures.iter().map(|measure| measure.name.as_str()).collect();
             let hint = did_you_mean(nearest(name, names.iter().copied()));
-            self.document.report(path, format!("nothing named \"{name}\" is measured{hint}"), names.join(", "));
+            self.document.report(
+                path,
+                format!("nothing named \"{name}\" is measured{hint}"),
+                names.join(", "),
+            );
             return;
         };
         let (count, zero) = match value {
@@ -322,7 +399,12 @@ impl Planner {
         let expected = measure.size();
         let message = format!("{count} numbers for a measure that has {expected}");
         self.require(count == expected, path, message, format!("{expected} numbers"));
-        self.require(!zero, path, "an error relative to zero has no meaning", "a value other than zero");
+        self.require(
+            !zero,
+            path,
+            "an error relative to zero has no meaning",
+            "a value other than zero",
+        );
     }
 
     /// Every combination, the last parameter changing fastest, then the ranks.
@@ -341,11 +423,23 @@ impl Planner {
         };
         self.ranks(&root.key("ranks"), ranks.iter().copied());
         let distinct = (1..ranks.len()).all(|index| !ranks[..index].contains(&ranks[index])) && !ranks.is_empty();
-        self.require(distinct, &root.key("ranks"), "these are not different numbers", "numbers of ranks, each once");
+        self.require(
+            distinct,
+            &root.key("ranks"),
+            "these are not different numbers",
+            "numbers of ranks, each once",
+        );
         let own_ranks = choices.iter().flatten().any(|choice| choice.ranks.is_some());
         let twice = own_ranks && keys.ranks.is_some();
-        self.require(!twice, &root.key("ranks"), "variants set the ranks too", "ranks here or in the variants");
-        let count = choices.iter().try_fold(ranks.len(), |count, choices| count.checked_mul(choices.len()));
+        self.require(
+            !twice,
+            &root.key("ranks"),
+            "variants set the ranks too",
+            "ranks here or in the variants",
+        );
+        let count = choices
+            .iter()
+            .try_fold(ranks.len(), |count, choices| count.checked_mul(choices.len()));
         let few = count.is_some_and(|count| count <= MAXIMUM_RUNS);
         let message = "there are too many combinations";
         if !self.require(few, &root.key("vary"), message, format!("at most {MAXIMUM_RUNS} runs")) {
@@ -396,28 +490,42 @@ impl Planner {
         let arguments = RunArguments {
             config: scene.clone(),
             output: Some(folder.clone()),
-            set: all.iter().map(|setting| format!("{}={}", setting.key, setting.text)).collect(),
+            set: all
+                .iter()
+                .map(|setting| format!("{}={}", setting.key, setting.text))
+                .collect(),
             quiet: false,
             petsc_options: Vec::new(),
         };
         let input = match Input::from_disk(&scene, &arguments.overrides()) {
             Ok(input) => input,
             Err(problems) => {
-                let message = problems.iter().map(|problem| problem.message.as_str()).collect::<Vec<_>>().join(", ");
-                self.document.report(&scene_place, format!("{scene}: {message}"), "the file of a scene");
+                let message = problems
+                    .iter()
+                    .map(|problem| problem.message.as_str())
+                    .collect::<Vec<_>>()
+                    .join(", ");
+                self.document
+                    .report(&scene_place, format!("{scene}: {message}"), "the file of a scene");
                 return None;
             }
         };
         let valid = match input.scene() {
             Ok((valid, _)) => valid,
             Err(problems) => {
-                problems.into_iter().for_each(|problem| self.report_in_scene(problem, &all, &scene));
+                problems
+                    .into_iter()
+                    .for_each(|problem| self.report_in_scene(problem, &all, &scene));
                 return None;
             }
         };
         self.columns(measures, &valid, &scene);
         Some(Run {
-            labels: if name == REFERENCE { Vec::new() } else { choices.iter().map(|choice| choice.label.clone()).collect() },
+            labels: if name == REFERENCE {
+                Vec::new()
+            } else {
+                choices.iter().map(|choice| choice.label.clone()).collect()
+            },
             lines: choices.iter().map(|choice| choice.line.clone()).collect(),
             name,
             ranks,
@@ -455,14 +563,27 @@ impl Planner {
 
     /// Reports columns that are measured but that the history of a scene will not have.
     fn columns(&mut self, measures: &[Measure], scene: &Scene, file: &str) {
-        let mut known: Vec<String> = ["step", "load_factor", "step_size", "newton_iterations"].map(str::to_owned).into();
-        known.extend(scene.output.history.iter().flat_map(|column| column.column_names(scene.kinematics)));
+        let mut known: Vec<String> = ["step", "load_factor", "step_size", "newton_iterations"]
+            .map(str::to_owned)
+            .into();
+        known.extend(
+            scene
+                .output
+                .history
+                .iter()
+                .flat_map(|column| column.column_names(scene.kinematics)),
+        );
         for measure in measures {
             for column in measure.history_columns() {
                 let hint = did_you_mean(nearest(column, known.iter().map(String::as_str)));
                 let message = format!("the history of {file} has no column \"{column}\"{hint}");
                 let path = KeyPath::root().key("measure").index(measure.entry);
-                self.require(known.iter().any(|name| name == column), &path, message, known.join(", "));
+                self.require(
+                    known.iter().any(|name| name == column),
+                    &path,
+                    message,
+                    known.join(", "),
+                );
             }
         }
     }
@@ -509,18 +630,32 @@ fn run_name(parameters: &[String], choices: &[&Choice], ranks: Option<usize>) ->
     };
     let mut parts: Vec<String> = parameters.iter().zip(choices).map(part).collect();
     parts.extend(ranks.map(|ranks| format!("ranks-{ranks}")));
-    if parts.is_empty() { "scene".to_owned() } else { parts.join("_") }
+    if parts.is_empty() {
+        "scene".to_owned()
+    } else {
+        parts.join("_")
+    }
 }
 
 /// A text as part of the name of a folder.
 fn slug(text: &str) -> String {
-    let kept = |letter: char| if letter.is_ascii_alphanumeric() || ".-+".contains(letter) { letter } else { ' ' };
+    let kept = |letter: char| {
+        if letter.is_ascii_alphanumeric() || ".-+".contains(letter) {
+            letter
+        } else {
+            ' '
+        }
+    };
     let words: String = text.chars().map(kept).collect();
     words.split_whitespace().collect::<Vec<_>>().join("-")
 }
 
 fn cell_size(scene: &Scene) -> Option<f64> {
-    if scene.bodies.iter().any(|body| matches!(body.points, PointSource::Mesh(_))) {
+    if scene
+        .bodies
+        .iter()
+        .any(|body| matches!(body.points, PointSource::Mesh(_)))
+    {
         return None;
     }
     let dimension = scene.kinematics.dimension();
@@ -541,7 +676,10 @@ mod tests {
 
     #[test]
     fn combinations_are_a_product_with_the_last_changing_fastest() {
-        let choices = [vec![choice("a"), choice("b")], vec![choice("1"), choice("2"), choice("3")]];
+        let choices = [
+            vec![choice("a"), choice("b")],
+            vec![choice("1"), choice("2"), choice("3")],
+        ];
         let labels: Vec<String> = combinations(&choices)
             .iter()
             .map(|combination| combination.iter().map(|choice| choice.label.as_str()).collect())
@@ -556,7 +694,10 @@ mod tests {
         let choices = [choice("[5, 9]"), choice("GIMP / even")];
         let choices: Vec<&Choice> = choices.iter().collect();
         let parameters = ["grid.cells".to_owned(), "basis".to_owned()];
-        assert_eq!(run_name(&parameters, &choices, Some(2)), "cells-5-9_basis-GIMP-even_ranks-2");
+        assert_eq!(
+            run_name(&parameters, &choices, Some(2)),
+            "cells-5-9_basis-GIMP-even_ranks-2"
+        );
         assert_eq!(run_name(&[], &[], None), "scene");
     }
 }

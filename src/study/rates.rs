@@ -65,11 +65,18 @@ fn fitted_slope(points: &[(f64, f64)]) -> f64 {
 pub fn text(rates: &[Rate]) -> String {
     let mut text = String::new();
     for rate in rates {
-        let group = if rate.group.is_empty() { String::new() } else { format!(" ({})", rate.group) };
+        let group = if rate.group.is_empty() {
+            String::new()
+        } else {
+            format!(" ({})", rate.group)
+        };
         let pairs: Vec<String> = rate.pairs.iter().map(|pair| format!("{pair:.2}")).collect();
         let (measure, fitted) = (&rate.measure, rate.fitted);
-        let _ = writeln!(text, "{measure}{group} falls with the cell size to the power {fitted:.2}, from coarse to fine {}",
-            pairs.join(", "));
+        let _ = writeln!(
+            text,
+            "{measure}{group} falls with the cell size to the power {fitted:.2}, from coarse to fine {}",
+            pairs.join(", ")
+        );
     }
     text
 }
@@ -90,7 +97,9 @@ mod tests {
     #[test]
     fn a_fit_goes_between_points_that_are_no_power_law() {
         // Logarithms (0, 0), (1, 1), (2, 4): the best line has slope 2.
-        let points: Vec<(f64, f64)> = [(0.0, 0.0), (1.0, 1.0), (2.0, 4.0)].map(|(x, y): (f64, f64)| (x.exp(), y.exp())).into();
+        let points: Vec<(f64, f64)> = [(0.0, 0.0), (1.0, 1.0), (2.0, 4.0)]
+            .map(|(x, y): (f64, f64)| (x.exp(), y.exp()))
+            .into();
         let rate = rate("e", "", points).unwrap();
         assert!((rate.fitted - 2.0).abs() < 1e-12, "{}", rate.fitted);
     }

@@ -14,19 +14,32 @@ use std::path::Path;
 /// # Errors
 /// The file cannot be written.
 pub fn write(study: &Study, program: &str, file: &str) -> Result<(), Error> {
-    let due: Vec<&Run> = study.runs.iter().filter(|run| outcome::state(run) != State::Done).collect();
+    let due: Vec<&Run> = study
+        .runs
+        .iter()
+        .filter(|run| outcome::state(run) != State::Done)
+        .collect();
     if due.is_empty() {
-        println!("every run is done; `{} study {file} --collect` makes table and charts", program);
+        println!(
+            "every run is done; `{} study {file} --collect` makes table and charts",
+            program
+        );
         return Ok(());
     }
-    let directory = std::env::current_dir()
-        .map_err(|error| Error::System(format!("cannot find the folder that the program was started in: {error}")))?;
+    let directory = std::env::current_dir().map_err(|error| {
+        Error::System(format!(
+            "cannot find the folder that the program was started in: {error}"
+        ))
+    })?;
     let folder = std::path::absolute(&study.folder).unwrap_or_else(|_| study.folder.clone());
     std::fs::create_dir_all(&folder)
         .map_err(|error| Error::System(format!("cannot make the folder {}: {error}", folder.display())))?;
     let path = folder.join("study.slurm");
     let collect = collection(study, program, file);
-    write_atomically(&path, script(study, program, &due, &directory, &folder, &collect).as_bytes())?;
+    write_atomically(
+        &path,
+        script(study, program, &due, &directory, &folder, &collect).as_bytes(),
+    )?;
     println!("wrote {} with {} tasks; submit it with", path.display(), due.len());
     submissions(&due, &path).iter().for_each(|line| println!("    {line}"));
     println!("and make table and charts when they are done with\n    {collect}");
@@ -46,9 +59,8 @@ fn submissions(due: &[&Run], path: &Path) -> Vec<String> {
         tasks.entry(run.ranks).or_default().push((index + 1).to_string());
     }
     let path = shell_line(&[path.to_string_lossy().into_owned()]);
-    let line = |(ranks, tasks): (&usize, &Vec<String>)| {
-        format!("sbatch --ntasks={ranks} --array={} {path}", tasks.join(","))
-    };
+    let line =
+        |(ranks, tasks): (&usize, &Vec<String>)| format!("sbatch --ntasks={ranks} --array={} {path}", tasks.join(","));
     tasks.iter().map(line).collect()
 }
 
@@ -73,12 +85,19 @@ fn script(study: &Study, program: &str, due: &[&Run], directory: &Path, folder: 
     for line in submissions(due, &folder.join("study.slurm")) {
         let _ = writeln!(text, "#     {line}");
     }
-    let _ = writeln!(text, "# and make table and charts when the tasks are done with\n#     {collect}\n");
+    let _ = writeln!(
+        text,
+        "# and make table and charts when the tasks are done with\n#     {collect}\n"
+    );
     text.push_str("export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1\n");
     for line in &study.slurm.before {
         let _ = writeln!(text, "{line}");
     }
-    let _ = writeln!(text, "cd {} || exit 1", shell_line(&[directory.to_string_lossy().into_owned()]));
+    let _ = writeln!(
+        text,
+        "cd {} || exit 1",
+        shell_line(&[directory.to_string_lossy().into_owned()])
+    );
     text.push_str("case \"$SLURM_ARRAY_TASK_ID\" in\n");
     for (index, run) in due.iter().enumerate() {
         let _ = writeln!(text, "{}) {} ;;", index + 1, shell_line(&study.command(run, program)));

@@ -63,7 +63,8 @@ pub fn rows(study: &Study) -> Vec<Row<'_>> {
     };
     let readings: Vec<Vec<Reading>> = study.runs.iter().zip(&outcomes).map(row).collect();
     let rows = study.runs.iter().zip(outcomes).zip(readings);
-    rows.map(|((run, outcome), readings)| Row { run, outcome, readings }).collect()
+    rows.map(|((run, outcome), readings)| Row { run, outcome, readings })
+        .collect()
 }
 
 /// Names of the columns: the run, parameters, ranks, measures, and the rest.
@@ -122,7 +123,9 @@ pub fn write(study: &Study, rows: &[Row<'_>]) -> Result<(), Error> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(head(study)).map_err(|error| failure(&error))?;
     for row in rows {
-        writer.write_record(cells(study, row)).map_err(|error| failure(&error))?;
+        writer
+            .write_record(cells(study, row))
+            .map_err(|error| failure(&error))?;
     }
     let bytes = writer.into_inner().map_err(|error| failure(&error))?;
     write_atomically(&path, &bytes)
