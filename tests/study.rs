@@ -334,7 +334,9 @@ fn fitted_rates_of_the_manufactured_solution_are_those_of_the_reference() {
         assert!((fitted - rate).abs() < 0.02, "{measure}: {fitted} instead of {rate}");
     }
     let table = Table::read(&folder.path().join("out/study.csv"));
-    assert_eq!(table.column("cell_size"), [0.25, 0.125]);
+    for (size, expected) in table.column("cell_size").iter().zip([0.25, 0.125]) {
+        assert!((size - expected).abs() < 1e-14, "{size}");
+    }
     for name in [
         "error_against_cell_size.svg",
         "error_against_cpu_error_u.png",
