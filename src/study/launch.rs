@@ -50,11 +50,25 @@ pub fn shell_line(words: &[String]) -> String {
     words.iter().map(quoted).collect::<Vec<_>>().join(" ")
 }
 
+/// Keeps a second study out of a folder while the answer lives: two would write the same runs at the same time.
+fn lock(folder: &std::path::Path) -> Result<File, Error> {
+    let path = folder.join("study.lock");
+    let failure = |error: &dyn std::fmt::Display| Error::System(format!("cannot lock {}: {error}", path.display()));
+    fs::create_dir_all(folder).map_err(|error| failure(&error))?;
+    let file = File::create(&path).map_err(|error| failure(&error))?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(fs::TryLockError::WouldBlock) => Err(failure(&"another study is running in this folder")),
+        Err(fs::TryLockError::Error(error)) => Err(failure(&error)),
+    }
+}
+
 /// Makes the runs that are not done, `jobs` at a time; one that fails is recorded in its folder and stops no other.
 ///
 /// # Errors
 /// The folder of a run cannot be written.
 pub fn all(study: &Study, program: &str, jobs: usize) -> Result<(), Error> {
+    let _lock = lock(&study.folder)?;
     let due: Vec<&Run> = study
         .runs
         .iter()
