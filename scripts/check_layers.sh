@@ -24,8 +24,9 @@ report:     config
 verification: continuum material points parallel
 scene:      continuum grid material points condition solve verification
 config:     scene grid material points condition solve verification problem
+study:      config error output points problem report scene version
 app:        assembly clock condition config continuum error grid interrupt material output parallel petsc points problem report scene solve verification version
-main:       app clock config error parallel scene
+main:       app clock config error parallel scene study
 lib:
 "
 failed=0

@@ -16,6 +16,7 @@
 //! 12. [`scene`] and [`config`]: a valid scene, and how the text of a user becomes one.
 //! 13. [`report`]: the page and the figures of a result folder, read from its files.
 //! 14. [`app`]: from a scene to results; the one match that picks continuum and dimension.
+//! 15. [`study`]: many runs as processes of their own, and charts of them.
 //!
 //! Small ones that any may use: [`problem`] (what is wrong in a file, and where), [`error`] (why a run ends, exit codes),
 //! [`clock`] (where the time goes), [`interrupt`] (signals that end a run), [`version`].
@@ -45,6 +46,7 @@ pub mod problem;
 pub mod report;
 pub mod scene;
 pub mod solve;
+pub mod study;
 pub mod verification;
 pub mod version;
 

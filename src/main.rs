@@ -7,16 +7,22 @@ use mpm_petsc::config::arguments::{Command, Exit, parse};
 use mpm_petsc::error::Error;
 use mpm_petsc::parallel::World;
 use mpm_petsc::scene::Scene;
+use mpm_petsc::study;
 use std::process::exit;
 use std::rc::Rc;
 
 fn main() {
     let clock = Rc::new(Clock::start());
+    let command = parse(std::env::args_os());
+    if let Ok(Command::Study(study)) = &command {
+        // Before MPI: a process that has started it cannot start mpirun.
+        exit(study::execute(study).map_or_else(|error| told(&error), |()| 0));
+    }
     let Some(world) = World::start() else {
         eprintln!("error: MPI cannot be started");
         exit(1);
     };
-    let code = match parse(std::env::args_os()) {
+    let code = match command {
         Ok(command) => perform(&world, command, &clock),
         Err(Exit { message, code }) => {
             match (world.is_root(), code) {
@@ -46,17 +52,25 @@ fn perform(world: &World, command: Command, clock: &Rc<Clock>) -> i32 {
         Command::Report(report) => app::report(world, &report.directory),
         Command::Check(check) => read(world, &check.config, &check.set)
             .and_then(|(scene, source)| app::execute(world, &scene, &source, Task::Check, clock)),
+        // Done before MPI is started.
+        Command::Study(_) => Ok(()),
     };
     match outcome {
         Ok(()) => 0,
         Err(Error::Library(message)) if world.size() > 1 => world.fail(&message),
         Err(error) => {
             if world.is_root() {
-                eprintln!("{}", prefixed(&error));
+                return told(&error);
             }
             error.exit_code()
         }
     }
+}
+
+/// Prints why the program ends early; returns its exit code.
+fn told(error: &Error) -> i32 {
+    eprintln!("{}", prefixed(error));
+    error.exit_code()
 }
 
 /// Every message on a line of its own, marked as an error.

@@ -2,6 +2,7 @@
 
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use std::ffi::OsString;
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 /// Commands of the program: without one, a configuration is run.
@@ -28,6 +29,8 @@ enum CommandName {
     Point(CheckArguments),
     /// Draw report.html and its figures from the files of a result folder
     Report(ReportArguments),
+    /// Run a scene with varied keys and chart errors, times and efficiency; start it without mpirun
+    Study(StudyArguments),
     /// Print the JSON Schema of a configuration
     Schema,
     /// List templates of configurations, or write one into the current folder
@@ -80,6 +83,29 @@ pub struct CheckArguments {
     pub set: Vec<String>,
 }
 
+/// Arguments of a study.
+#[derive(Clone, Debug, PartialEq, Eq, Args)]
+pub struct StudyArguments {
+    /// Study (YAML)
+    #[arg(value_name = "STUDY.yaml")]
+    pub study: String,
+    /// Result folder, instead of the one that the study names
+    #[arg(long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Runs at the same time; more than one disturbs the timings
+    #[arg(long, value_name = "N", default_value = "1")]
+    pub jobs: NonZeroUsize,
+    /// List the runs and what would be done; nothing is run or written
+    #[arg(long, conflicts_with_all = ["collect", "slurm"])]
+    pub dry_run: bool,
+    /// Run nothing; make the table and the charts of the results that are there
+    #[arg(long, conflicts_with = "slurm")]
+    pub collect: bool,
+    /// Run nothing; write a batch script for Slurm with one task a run
+    #[arg(long)]
+    pub slurm: bool,
+}
+
 /// What the user asks for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Command {
@@ -87,6 +113,7 @@ pub enum Command {
     Check(CheckArguments),
     Point(CheckArguments),
     Report(ReportArguments),
+    Study(StudyArguments),
     Schema,
     /// List templates, or write the named one.
     Init(Option<String>),
@@ -148,6 +175,10 @@ pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Command, E
             command: Some(CommandName::Report(report)),
             ..
         } => Ok(Command::Report(report)),
+        CommandLine {
+            command: Some(CommandName::Study(study)),
+            ..
+        } => Ok(Command::Study(study)),
         CommandLine {
             command: Some(CommandName::Schema),
             ..
@@ -241,6 +272,10 @@ mod tests {
             "mpm-petsc point",
             "mpm-petsc init a b",
             "mpm-petsc schema a.yaml",
+            "mpm-petsc study",
+            "mpm-petsc study a.yaml --jobs 0",
+            "mpm-petsc study a.yaml --collect --slurm",
+            "mpm-petsc study a.yaml --dry-run --collect",
         ];
         for line in wrong {
             let exit = read(line).expect_err(line);

@@ -19,6 +19,31 @@ use std::fmt;
 /// Name of the newtype that a deserializer is asked for where a scalar, or else a list or mapping, is accepted.
 pub const SCALAR_OR: &str = "ScalarOr";
 
+/// Name of the newtype that a deserializer is asked for where any value is accepted, and kept as text.
+const FLOW_TEXT: &str = "FlowText";
+
+/// Any value, as YAML text on one line: what may follow `--set KEY=`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+pub struct FlowText(pub String);
+
+impl<'de> de::Deserialize<'de> for FlowText {
+    fn deserialize<D: de::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Text;
+        impl Visitor<'_> for Text {
+            type Value = FlowText;
+
+            fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write!(out, "any value")
+            }
+
+            fn visit_string<E: de::Error>(self, text: String) -> Result<FlowText, E> {
+                Ok(FlowText(text))
+            }
+        }
+        deserializer.deserialize_newtype_struct(FLOW_TEXT, Text)
+    }
+}
+
 /// What was found wrong so far, and where.
 #[derive(Clone, Debug, Default)]
 pub struct Findings {
@@ -369,6 +394,7 @@ impl<'de> de::Deserializer<'de> for Decoder<'_> {
     fn deserialize_newtype_struct<V: Visitor<'de>>(self, name: &'static str, visitor: V) -> Result<V::Value, Failure> {
         let path = self.path.clone();
         let result = match self.node.value {
+            _ if name == FLOW_TEXT => visitor.visit_string(self.node.flow()),
             Value::List(_) | Value::Mapping(_) if name == SCALAR_OR => visitor.visit_some(self),
             _ => visitor.visit_newtype_struct(self),
         };

@@ -15,7 +15,7 @@ use std::io::Read;
 use std::path::{Path, absolute};
 
 /// Longest configuration that is read [bytes]; a longer file is not one.
-const MAXIMUM_CONFIGURATION: u64 = 16 << 20;
+pub const MAXIMUM_CONFIGURATION: u64 = 16 << 20;
 
 /// Longest file of points that is read [bytes].
 const MAXIMUM_POINT_FILE: u64 = 4 << 30;
@@ -117,7 +117,7 @@ impl Input {
     }
 
     /// Absolute names of the files that the configuration names, as far as it can be understood.
-    fn named_files(&self) -> Vec<String> {
+    pub fn named_files(&self) -> Vec<String> {
         let Ok((source, mut findings)) = self.source() else {
             return Vec::new();
         };
@@ -180,7 +180,7 @@ impl Files {
 }
 
 /// The text of a file, or a sentence that says why there is none.
-fn read_text(path: &Path, maximum: u64) -> Result<String, String> {
+pub fn read_text(path: &Path, maximum: u64) -> Result<String, String> {
     let metadata = std::fs::metadata(path).map_err(|error| match error.kind() {
         std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
         _ => format!("the file cannot be read: {error}"),

@@ -2,12 +2,13 @@
 //!
 //! In reading order: `tree` (YAML that knows its lines), `decode` (serde over it, going on after a problem), `file` (what
 //! may be typed), `check` (what makes sense), `input` (where the text comes from), `arguments` (the command line),
-//! `schema` (what editors and the manual are told of `file`).
+//! `schema` (what editors and the manual are told of `file`); `document` reads other files in the same way.
 
 pub mod arguments;
 mod change;
 mod check;
 mod decode;
+mod document;
 pub mod file;
 mod input;
 mod nearest;
@@ -20,7 +21,11 @@ pub mod tree;
 mod write;
 
 pub use change::changes;
+pub use decode::FlowText;
+pub use document::Document;
 pub use input::Input;
+pub use nearest::{did_you_mean, nearest};
+pub use path::Path as KeyPath;
 pub use schema::schema;
 pub use source::Source;
 

@@ -115,6 +115,39 @@ impl Node {
         place
     }
 
+    /// The value on one line, from which [`parse_value`] makes the same.
+    pub fn flow(&self) -> String {
+        match &self.value {
+            Value::Plain(text) => text.clone(),
+            Value::Quoted(text) => serde_json::Value::from(text.as_str()).to_string(),
+            Value::List(nodes) => format!(
+                "[{}]",
+                nodes.iter().map(Node::flow_within).collect::<Vec<_>>().join(", ")
+            ),
+            Value::Mapping(entries) => {
+                let entry = |entry: &Entry| {
+                    let key = Node {
+                        place: entry.place,
+                        value: Value::Plain(entry.key.clone()),
+                    };
+                    format!("{}: {}", key.flow_within(), entry.node.flow_within())
+                };
+                format!("{{{}}}", entries.iter().map(entry).collect::<Vec<_>>().join(", "))
+            }
+            Value::Hole => String::new(),
+        }
+    }
+
+    /// As [`Node::flow`], within a list or mapping on one line: there some letters of a plain text have a meaning.
+    fn flow_within(&self) -> String {
+        let harmless = |letter: char| letter.is_alphanumeric() || "_.+-/ ".contains(letter);
+        match &self.value {
+            Value::Plain(text) if text.is_empty() => "null".to_owned(),
+            Value::Plain(text) if !text.chars().all(harmless) => serde_json::Value::from(text.as_str()).to_string(),
+            _ => self.flow(),
+        }
+    }
+
     /// What the node is, for a message.
     pub fn describe(&self) -> String {
         match &self.value {
@@ -151,6 +184,14 @@ pub fn shorten(text: &str) -> String {
 /// # Errors
 /// The text is not YAML, or not one mapping.
 pub fn parse(file: &str, text: &str) -> Result<(Node, Vec<Problem>), Vec<Problem>> {
+    parse_keys(file, text, "model, grid, materials")
+}
+
+/// Reads YAML text like [`parse`]; `keys` are examples of what the file may hold.
+///
+/// # Errors
+/// The text is not YAML, or not one mapping.
+pub fn parse_keys(file: &str, text: &str, keys: &str) -> Result<(Node, Vec<Problem>), Vec<Problem>> {
     let root = parse_value(file, text)?;
     match root {
         (
@@ -165,14 +206,14 @@ pub fn parse(file: &str, text: &str) -> Result<(Node, Vec<Problem>), Vec<Problem
             None,
             "",
             "the file holds no configuration",
-            "keys such as model, grid, materials",
+            &format!("keys such as {keys}"),
         )]),
         (node, _) => Err(vec![problem(
             file,
             Some(node.place),
             "",
             &format!("the file holds {} instead of keys", node.describe()),
-            "a mapping of keys: model, grid, materials, ...",
+            &format!("a mapping of keys: {keys}, ..."),
         )]),
     }
 }
