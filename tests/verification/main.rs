@@ -17,6 +17,7 @@ mod manufactured;
 mod plane_and_space;
 mod plane_cantilever;
 mod prescribed_motion;
+mod published_splines;
 mod reference;
 mod shear;
 mod shear_layer;
