@@ -92,7 +92,7 @@ fn mutate(text: &str, other: &str, numbers: &mut Numbers) -> String {
         }
         3 => lines[line].insert_str(0, &" ".repeat(1 + numbers.below(5))),
         4 => lines[line] = lines[line].trim_start().to_owned(),
-        5 => lines[line].insert_str(0, "\t"),
+        5 => lines[line].insert(0, '\t'),
         6 => drop(parts.remove(part)),
         7 => parts.insert(part, parts[part].clone()),
         8 => {

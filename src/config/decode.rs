@@ -36,8 +36,8 @@ impl<'de> de::Deserialize<'de> for FlowText {
                 write!(out, "any value")
             }
 
-            fn visit_string<E: de::Error>(self, text: String) -> Result<FlowText, E> {
-                Ok(FlowText(text))
+            fn visit_str<E: de::Error>(self, text: &str) -> Result<FlowText, E> {
+                Ok(FlowText(text.to_owned()))
             }
         }
         deserializer.deserialize_newtype_struct(FLOW_TEXT, Text)
