@@ -156,6 +156,7 @@ fn an_earlier_result_folder_is_not_touched() {
         "convergence.csv",
         "summary.json",
         "points.vtkhdf",
+        "checkpoint.h5",
     ];
     let contents = || names.map(|name| std::fs::read(earlier.file(name)).expect("a file of the earlier run"));
     let before = contents();
