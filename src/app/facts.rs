@@ -72,10 +72,8 @@ pub fn summarise<C: Fields<D, N>, const D: usize, const N: usize>(
         .collect();
     versions.insert("mpm-petsc".into(), crate::version::PROGRAM.into());
     versions.insert("commit".into(), crate::version::COMMIT.into());
-    let cpu_seconds = earlier.cpu_seconds + world.sum(process::cpu_seconds());
     let peak_memory_mb = world.all_gather(process::peak_memory_mb().unwrap_or(f64::NAN));
-    let phases = phases(session, clock)?.plus(&earlier.phases);
-    Ok(Summary {
+    let mut summary = Summary {
         status,
         exit_code,
         message,
@@ -89,9 +87,9 @@ pub fn summarise<C: Fields<D, N>, const D: usize, const N: usize>(
         steps: counts.steps,
         attempts: counts.attempts,
         newton_iterations: counts.newton_iterations,
-        wall_seconds: phases.total(),
-        cpu_seconds,
-        phases,
+        wall_seconds: 0.0,
+        cpu_seconds: 0.0,
+        phases: PhaseSeconds::default(),
         peak_memory_mb,
         partitioner: if world.size() > 1 {
             analysis.partitioner().to_string()
@@ -101,7 +99,23 @@ pub fn summarise<C: Fields<D, N>, const D: usize, const N: usize>(
         errors: BTreeMap::new(),
         ordering: analysis.ordering()?,
         versions,
-    })
+    };
+    take_times(world, session, &mut summary, earlier, clock)?;
+    Ok(summary)
+}
+
+/// Collective. Puts the times until now into a summary.
+pub fn take_times(
+    world: &World,
+    session: &Session,
+    summary: &mut Summary,
+    earlier: &Spent,
+    clock: &Clock,
+) -> Result<(), Error> {
+    summary.cpu_seconds = earlier.cpu_seconds + world.sum(process::cpu_seconds());
+    summary.phases = phases(session, clock)?.plus(&earlier.phases);
+    summary.wall_seconds = summary.phases.total();
+    Ok(())
 }
 
 /// Collective. Error norms of the accepted state against a manufactured solution, by their names in the summary.

@@ -274,7 +274,12 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
     }
     summary.warnings = warnings;
     recorder.summary(&summary)?;
-    recorder.report();
+    if scene.output.report {
+        recorder.report();
+        // The report is drawn from a summary that is complete but for the time that drawing takes.
+        facts::take_times(world, &session, &mut summary, &spent, clock)?;
+        recorder.summary(&summary)?;
+    }
     outcome
 }
 

@@ -9,7 +9,7 @@ use crate::condition::Time;
 use crate::continuum::Fields;
 use crate::error::Error;
 use crate::output::convergence::{Convergence, IterationRecord};
-use crate::output::folder::ResultFolder;
+use crate::output::folder::{ResultFolder, aside};
 use crate::output::history::{History, HistoryStep};
 use crate::output::progress::{Progress, StepLine};
 use crate::output::summary::Summary;
@@ -34,6 +34,7 @@ const EXPECTED_CHECKPOINT: Duration = Duration::from_millis(200);
 
 /// Files that the root writes.
 struct RootFiles {
+    folder: ResultFolder,
     history: History,
     convergence: Convergence,
 }
@@ -105,7 +106,7 @@ impl<'a> Recorder<'a> {
         let path = directory.join("points.vtkhdf");
         let (snapshots, gap) = match saved {
             Some(saved) => Snapshots::resume(world, path, saved.files.snapshots, total_points)?,
-            None => (Snapshots::new(path), None),
+            None => (Snapshots::new(aside(&path)), None),
         };
         let mut state = saved.map_or_else(FilesState::default, |saved| saved.files);
         state.shown &= gap.is_none();
@@ -156,13 +157,22 @@ impl<'a> Recorder<'a> {
         self.spent_before
     }
 
-    /// Collective. Row 0 and the first snapshot.
+    /// Collective. Row 0 and the first snapshot of a new run. Once they are written, what an earlier run left in the
+    /// folder makes room.
     pub fn initial<C: Fields<D, N>, const D: usize, const N: usize>(
         &mut self,
         model: &Model<C, D, N>,
     ) -> Result<(), Error> {
         let clock = self.clock.clone();
         let _writing = clock.enter(Phase::Output);
+        let begun = self.begin(model).and_then(|()| self.take_over());
+        if let (Err(_), Some(files)) = (&begun, &self.files) {
+            files.folder.give_up();
+        }
+        begun
+    }
+
+    fn begin<C: Fields<D, N>, const D: usize, const N: usize>(&mut self, model: &Model<C, D, N>) -> Result<(), Error> {
         let time = Time {
             stage: 0,
             fraction: 0.0,
@@ -178,6 +188,19 @@ impl<'a> Recorder<'a> {
         self.row(model, time, &reactions, &step)?;
         self.snapshot(model)?;
         self.note_lengths()
+    }
+
+    /// Collective. Gives the files their names.
+    fn take_over(&mut self) -> Result<(), Error> {
+        let taken = self.files.as_mut().map_or(Ok(()), |files| {
+            files.folder.take_over()?;
+            files.history.renamed(&files.folder.file("history.csv"));
+            files.convergence.renamed(&files.folder.file("convergence.csv"));
+            Ok(())
+        });
+        agree(&self.world, taken.map_err(|error: Error| error.to_string()))?;
+        self.snapshots.renamed(self.directory.join("points.vtkhdf"));
+        Ok(())
     }
 
     fn row<C: Fields<D, N>, const D: usize, const N: usize>(
@@ -296,10 +319,11 @@ impl<'a> Recorder<'a> {
         agree(&self.world, written.map_err(|error| error.to_string()))
     }
 
-    /// Draws the report where it is wanted. A run is what it is without one: failure is a warning.
+    /// Draws the report, on the root. A run is what it is without one: failure is a warning.
     pub fn report(&mut self) {
+        let clock = self.clock.clone();
+        let _writing = clock.enter(Phase::Output);
         if self.world.is_root()
-            && self.scene.output.report
             && let Err(error) = crate::report::write(&self.directory)
         {
             self.progress.message(&format!("warning: no report: {error}"));
@@ -312,26 +336,30 @@ impl<'a> Recorder<'a> {
     }
 }
 
+/// The tables of a run: begun aside, or those that belong to a checkpoint.
 fn open_files(scene: &Scene, columns: &[Column], saved: Option<&RunState>) -> Result<RootFiles, Error> {
     let (directory, configuration) = (&scene.output.directory, &scene.output.resolved);
-    let folder = match saved {
-        Some(_) => ResultFolder::reopen(directory, configuration)?,
-        None => ResultFolder::create(directory, configuration)?,
-    };
-    let (history, convergence) = (folder.file("history.csv"), folder.file("convergence.csv"));
     let names: Vec<String> = columns
         .iter()
         .flat_map(|column| column.entry.column_names(scene.kinematics))
         .collect();
-    Ok(match saved {
-        Some(RunState { files, .. }) => RootFiles {
-            history: History::resume(&history, names.len(), files.history)?,
-            convergence: Convergence::resume(&convergence, files.convergence)?,
-        },
-        None => RootFiles {
-            history: History::create(&history, &names)?,
-            convergence: Convergence::create(&convergence)?,
-        },
+    let Some(RunState { files, .. }) = saved else {
+        let folder = ResultFolder::create(directory, configuration)?;
+        return begin_files(&folder, &names).inspect_err(|_| folder.give_up());
+    };
+    let (history, convergence) = (directory.join("history.csv"), directory.join("convergence.csv"));
+    Ok(RootFiles {
+        history: History::resume(&history, names.len(), files.history)?,
+        convergence: Convergence::resume(&convergence, files.convergence)?,
+        folder: ResultFolder::reopen(directory, configuration)?,
+    })
+}
+
+fn begin_files(folder: &ResultFolder, names: &[String]) -> Result<RootFiles, Error> {
+    Ok(RootFiles {
+        history: History::create(&folder.aside("history.csv"), names)?,
+        convergence: Convergence::create(&folder.aside("convergence.csv"))?,
+        folder: folder.clone(),
     })
 }
 

@@ -11,7 +11,7 @@
 
 use std::fs;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crc32fast::Hasher;
 use hdf5::types::FixedAscii;
@@ -21,7 +21,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::agree;
-use super::folder::{claim_space, sync_folder};
+use super::folder::{aside, claim_space, sync_folder};
 use crate::error::Error;
 use crate::parallel::World;
 
@@ -168,7 +168,7 @@ fn checksum(tables: &[Table]) -> u32 {
 /// # Errors
 /// The same on every rank: the file cannot be written or the disk is full. The checkpoint before stays as it was.
 pub fn write<S: Serialize>(world: &World, path: &Path, content: &Content<S>) -> Result<(), Error> {
-    let part = part_of(path);
+    let part = aside(path);
     let outcome = write_part(world, &part, content).and_then(|()| {
         let renamed = if world.is_root() {
             put_in_place(&part, path)
@@ -182,12 +182,6 @@ pub fn write<S: Serialize>(world: &World, path: &Path, content: &Content<S>) -> 
         let _ = fs::remove_file(&part);
     }
     outcome.map_err(|error| Error::System(format!("cannot write {}: {error}", path.display())))
-}
-
-fn part_of(path: &Path) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".part");
-    name.into()
 }
 
 fn put_in_place(part: &Path, path: &Path) -> Result<(), String> {

@@ -48,6 +48,11 @@ impl Convergence {
         self.table.length()
     }
 
+    /// Tells that the file has another name now.
+    pub fn renamed(&mut self, path: &Path) {
+        self.table.renamed(path);
+    }
+
     /// Returns when all rows are on disk.
     pub fn secure(&self) -> Result<(), Error> {
         self.table.secure()

@@ -9,15 +9,11 @@ use rustix::io::Errno;
 
 use crate::error::Error;
 
-/// Files of a run, apart from `config.yaml`.
-const RESULTS: [&str; 6] = [
-    "history.csv",
-    "convergence.csv",
-    "summary.json",
-    "points.vtkhdf",
-    "checkpoint.h5",
-    "report.html",
-];
+/// Files that a run begins with; they are written aside at first.
+const BEGUN: [&str; 4] = ["config.yaml", "history.csv", "convergence.csv", "points.vtkhdf"];
+
+/// Files that come later, in the order in which those of an earlier run go: first what a restart would go on from.
+const LATER: [&str; 3] = ["checkpoint.h5", "summary.json", "report.html"];
 
 /// A result folder that exists; made by one rank, once the scene is known to be valid.
 #[derive(Clone, Debug)]
@@ -26,19 +22,50 @@ pub struct ResultFolder {
 }
 
 impl ResultFolder {
-    /// Creates the folder with those above it, removes what an earlier run left under the names of this program (so that
-    /// no file of one run is taken for another's; other files stay) and writes `config.yaml`, the resolved configuration.
+    /// Creates the folder with those above it, and writes `config.yaml`, the resolved configuration, aside. What an
+    /// earlier run left stays until [`ResultFolder::take_over`].
     pub fn create(path: &Path, configuration: &str) -> Result<Self, Error> {
         fs::create_dir_all(path)
             .map_err(|error| Error::System(format!("cannot make the folder {}: {error}", path.display())))?;
         let folder = ResultFolder {
             path: path.to_path_buf(),
         };
-        for name in RESULTS {
-            remove(&folder.file(name))?;
+        for name in BEGUN.into_iter().chain(LATER) {
+            let path = folder.file(name);
+            if path.is_dir() {
+                let path = path.display();
+                return Err(Error::System(format!("cannot write {path}: a folder has this name")));
+            }
         }
-        write_atomically(&folder.file("config.yaml"), configuration.as_bytes())?;
+        write_synced(&folder.aside("config.yaml"), configuration.as_bytes()).map_err(|error| {
+            Error::System(format!(
+                "cannot write {}: {error}",
+                folder.file("config.yaml").display()
+            ))
+        })?;
         Ok(folder)
+    }
+
+    /// Where a new run writes a file until it takes over.
+    pub fn aside(&self, name: &str) -> PathBuf {
+        aside(&self.file(name))
+    }
+
+    /// Puts the files that the new run began in the place of those of an earlier one, and removes its other files under
+    /// the names of this program, so that no file of one run is taken for another's. Foreign files stay.
+    pub fn take_over(&self) -> Result<(), Error> {
+        LATER.iter().try_for_each(|name| remove(&self.file(name)))?;
+        BEGUN.iter().try_for_each(|name| {
+            let path = self.file(name);
+            fs::rename(self.aside(name), &path)
+                .map_err(|error| Error::System(format!("cannot write {}: {error}", path.display())))
+        })
+    }
+
+    /// Removes what a new run wrote aside before it failed.
+    pub fn give_up(&self) {
+        // The failure itself is what matters; that the remains cannot be removed adds nothing.
+        BEGUN.iter().for_each(|name| drop(fs::remove_file(self.aside(name))));
     }
 
     /// The folder of an earlier run that this one goes on with; `config.yaml` is written anew, all else stays.
@@ -73,21 +100,27 @@ fn remove(path: &Path) -> Result<(), Error> {
 
 /// Writes a file under a temporary name and renames it, so that under its own name it is never incomplete.
 pub fn write_atomically(path: &Path, content: &[u8]) -> Result<(), Error> {
-    let mut temporary = path.as_os_str().to_owned();
-    temporary.push(".part");
-    let temporary = PathBuf::from(temporary);
-    let write = || -> std::io::Result<()> {
-        let mut file = fs::File::create(&temporary)?;
-        file.write_all(content)?;
-        // Without this a crash of the machine may leave the new name with no content.
-        file.sync_all()?;
-        fs::rename(&temporary, path)
-    };
-    write().map_err(|error| {
+    let temporary = aside(path);
+    let written = write_synced(&temporary, content).and_then(|()| fs::rename(&temporary, path));
+    written.map_err(|error| {
         // The failure itself is what matters; that the remains cannot be removed adds nothing.
         let _ = fs::remove_file(&temporary);
         Error::System(format!("cannot write {}: {error}", path.display()))
     })
+}
+
+/// The temporary name of a file that is not complete yet.
+pub fn aside(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".part");
+    name.into()
+}
+
+fn write_synced(path: &Path, content: &[u8]) -> io::Result<()> {
+    let mut file = fs::File::create(path)?;
+    file.write_all(content)?;
+    // Without this a crash of the machine may leave the name that it gets with no content.
+    file.sync_all()
 }
 
 /// Claims space on disk behind the first `from` bytes of a file, so that a full disk is found before anything is written.
@@ -119,21 +152,57 @@ pub(super) mod tests {
         path
     }
 
-    #[test]
-    fn an_earlier_run_leaves_nothing_but_foreign_files() {
-        let path = scratch("folder").join("results").join("biaxial");
-        fs::create_dir_all(&path).unwrap();
-        for name in ["summary.json", "points.vtkhdf", "notes.txt"] {
-            fs::write(path.join(name), "old").unwrap();
-        }
-        let folder = ResultFolder::create(&path, "title: new\n").unwrap();
-        let mut names: Vec<_> = fs::read_dir(&path)
-            .unwrap()
+    fn names(path: &Path) -> Vec<String> {
+        let entries = fs::read_dir(path).unwrap();
+        let mut names: Vec<_> = entries
             .map(|entry| entry.unwrap().file_name().into_string().unwrap())
             .collect();
         names.sort();
-        assert_eq!(names, ["config.yaml", "notes.txt"]);
+        names
+    }
+
+    #[test]
+    fn an_earlier_run_stays_until_the_new_one_has_begun() {
+        let path = scratch("folder").join("results").join("biaxial");
+        fs::create_dir_all(&path).unwrap();
+        let old = [
+            "checkpoint.h5",
+            "history.csv",
+            "notes.txt",
+            "points.vtkhdf",
+            "summary.json",
+        ];
+        old.iter().for_each(|name| fs::write(path.join(name), "old").unwrap());
+        let folder = ResultFolder::create(&path, "title: new\n").unwrap();
+        assert!(old.iter().all(|name| fs::read(path.join(name)).unwrap() == b"old"));
+        for name in ["history.csv", "convergence.csv", "points.vtkhdf"] {
+            fs::write(folder.aside(name), "new").unwrap();
+        }
+        folder.take_over().unwrap();
+        let left = [
+            "config.yaml",
+            "convergence.csv",
+            "history.csv",
+            "notes.txt",
+            "points.vtkhdf",
+        ];
+        assert_eq!(names(&path), left);
+        assert_eq!(fs::read(folder.file("history.csv")).unwrap(), b"new");
         assert_eq!(fs::read_to_string(folder.file("config.yaml")).unwrap(), "title: new\n");
+    }
+
+    #[test]
+    fn a_run_that_gives_up_leaves_the_folder_as_it_was() {
+        let path = scratch("folder_given_up");
+        fs::write(path.join("history.csv"), "old").unwrap();
+        let folder = ResultFolder::create(&path, "title: new\n").unwrap();
+        fs::write(folder.aside("history.csv"), "new").unwrap();
+        folder.give_up();
+        assert_eq!(names(&path), ["history.csv"]);
+        fs::create_dir(path.join("points.vtkhdf")).unwrap();
+        let message = ResultFolder::create(&path, "").unwrap_err().to_string();
+        assert!(message.contains("points.vtkhdf: a folder has this name"), "{message}");
+        assert_eq!(names(&path), ["history.csv", "points.vtkhdf"]);
     }
 
     #[test]

@@ -46,6 +46,11 @@ impl History {
         })
     }
 
+    /// Tells that the file has another name now.
+    pub fn renamed(&mut self, path: &Path) {
+        self.table.renamed(path);
+    }
+
     /// Length of the file [byte].
     pub fn length(&self) -> Result<u64, Error> {
         self.table.length()

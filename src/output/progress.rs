@@ -1,7 +1,8 @@
 //! What a run prints while it goes: a head, and a line per step.
 //!
-//! On a terminal the line of a step is overwritten by the next, and a failed attempt or the end of a stage stays.
-//! Elsewhere every line stays and holds no control characters.
+//! On a terminal the line of a step is for people: it is overwritten by the next, and a failed attempt or the end of a
+//! stage stays. Elsewhere it is for programs, `step=1 stage=pull load_factor=0.1 ...`: every line stays, its keys do not
+//! change, and it holds no control characters.
 
 use std::fmt::Write as _;
 use std::io::{IsTerminal, Write};
@@ -82,6 +83,14 @@ pub struct StepLine<'a> {
     pub begun: f64,
 }
 
+impl StepLine<'_> {
+    /// Wall time that is still to come if the rest goes on like this part of the run [s]; `None` without a guess.
+    fn rest(&self) -> Option<f64> {
+        let progress = self.done - self.begun;
+        (progress > 0.0).then(|| self.elapsed.as_secs_f64() * (1.0 - self.done).max(0.0) / progress)
+    }
+}
+
 /// Printer of a run.
 #[derive(Debug)]
 pub struct Progress<W: Write> {
@@ -131,12 +140,11 @@ impl<W: Write> Progress<W> {
 
     /// Prints an accepted step.
     pub fn step(&mut self, line: &StepLine<'_>) {
-        let text = describe(line);
         match self.mode {
             Mode::Silent => {}
-            Mode::Lines => self.message(&text),
+            Mode::Lines => self.message(&pairs(line)),
             Mode::Terminal => {
-                self.put(&format!("\r\x1b[K{text}"));
+                self.put(&format!("\r\x1b[K{}", describe(line)));
                 self.open = true;
                 if line.load_factor >= 1.0 {
                     self.close_line();
@@ -170,6 +178,35 @@ impl<W: Write> Progress<W> {
     }
 }
 
+/// A step as keys and values, in the words of `history.csv`; times in seconds.
+fn pairs(line: &StepLine<'_>) -> String {
+    let mut text = format!(
+        "step={} stage={} load_factor={:?} step_size={:?} iterations={} residual={:.1e} elapsed={:.1}",
+        line.step,
+        word(line.stage),
+        line.load_factor,
+        line.step_size,
+        line.newton_iterations,
+        line.residual,
+        line.elapsed.as_secs_f64(),
+    );
+    if let Some(rest) = line.rest() {
+        write!(text, " rest={rest:.1}").expect("writing to a string cannot fail");
+    }
+    text
+}
+
+/// A text as the value of a key: in quotation marks where it would not end at the next space.
+fn word(text: &str) -> String {
+    let plain = |letter: char| !letter.is_whitespace() && !letter.is_control() && !['"', '=', '\\'].contains(&letter);
+    if !text.is_empty() && text.chars().all(plain) {
+        text.to_owned()
+    } else {
+        serde_json::Value::from(text).to_string()
+    }
+}
+
+/// A step for people.
 fn describe(line: &StepLine<'_>) -> String {
     let mut text = format!(
         "step {:>4}  {}  load factor {:.6}  step {:.2e}  {:>2} iterations  residual {:.1e}  {}",
@@ -181,8 +218,7 @@ fn describe(line: &StepLine<'_>) -> String {
         line.residual,
         clock_time(line.elapsed.as_secs_f64()),
     );
-    if line.done > line.begun && line.done < 1.0 {
-        let rest = line.elapsed.as_secs_f64() * (1.0 - line.done) / (line.done - line.begun);
+    if let Some(rest) = line.rest().filter(|_| line.done < 1.0) {
         write!(text, "  rest {}", clock_time(rest)).expect("writing to a string cannot fail");
     }
     text
@@ -238,13 +274,13 @@ mod tests {
     }
 
     #[test]
-    fn lines_tell_stage_load_iterations_residual_and_rest() {
-        let text = printed(Mode::Lines);
+    fn a_step_on_a_terminal_tells_stage_load_iterations_residual_and_rest() {
+        let text = printed(Mode::Terminal);
         assert!(
             text.starts_with("mpm-petsc 0.1.0 (abc1234), PETSc 3.18.5\nBiaxial test\n900 material points"),
             "{text}"
         );
-        let step = text.lines().find(|line| line.starts_with("step")).unwrap();
+        let step = text.lines().find(|line| line.contains("load factor")).unwrap();
         for part in [
             "compress",
             "0.250000",
@@ -255,6 +291,30 @@ mod tests {
             "rest 4:30",
         ] {
             assert!(step.contains(part), "{part} in {step}");
+        }
+    }
+
+    #[test]
+    fn elsewhere_a_step_is_keys_and_values() {
+        let text = printed(Mode::Lines);
+        let steps: Vec<&str> = text.lines().filter(|line| line.starts_with("step=")).collect();
+        let expected = [
+            "step=7 stage=compress load_factor=0.25 step_size=0.005 iterations=4 residual=3.2e-11 elapsed=90.0 rest=270.0",
+            "step=7 stage=compress load_factor=1.0 step_size=0.005 iterations=4 residual=3.2e-11 elapsed=90.0 rest=0.0",
+        ];
+        assert_eq!(steps, expected);
+    }
+
+    #[test]
+    fn a_name_of_several_words_is_one_value() {
+        for (name, value) in [
+            ("pull", "pull"),
+            ("pull it", "\"pull it\""),
+            ("a=\"b\"", r#""a=\"b\"""#),
+            ("", "\"\""),
+            ("two\nlines", r#""two\nlines""#),
+        ] {
+            assert_eq!(word(name), value);
         }
     }
 

@@ -47,6 +47,11 @@ impl Table {
         })
     }
 
+    /// Tells that the file has another name now.
+    pub(super) fn renamed(&mut self, path: &Path) {
+        self.path = path.to_path_buf();
+    }
+
     /// Returns when all rows are on disk, so that they outlive a crash of the machine.
     pub(super) fn secure(&self) -> Result<(), Error> {
         self.file.sync_data().map_err(|error| failure(&self.path, &error))

@@ -82,6 +82,11 @@ impl Snapshots {
         }
     }
 
+    /// Tells that the file has another name now.
+    pub fn renamed(&mut self, path: PathBuf) {
+        self.path = path;
+    }
+
     /// Number of snapshots in the file.
     pub fn written(&self) -> usize {
         self.written

@@ -8,6 +8,7 @@ use petsc_sys as sys;
 use sys::PetscInt;
 
 use super::error::{PetscError, check, report_in_drop, text};
+use super::remote::RemoteBlocks;
 use super::session::Session;
 use super::vector::{Layout, Vector, index};
 use crate::parallel::World;
@@ -38,11 +39,12 @@ pub struct BlockMatrix {
     pub(super) handle: sys::Mat,
     block: usize,
     owned: usize,
+    remote: RemoteBlocks,
     session: Rc<Session>,
 }
 
 impl BlockMatrix {
-    /// An empty matrix with room for the given numbers of blocks in each owned block row: in the columns that this rank
+    /// Collective. An empty matrix with room for the given numbers of blocks in each owned block row: in the columns that this rank
     /// owns, and in those of the others. Both counts must include what other ranks will add.
     ///
     /// # Errors
@@ -65,6 +67,7 @@ impl BlockMatrix {
             handle: null_mut(),
             block,
             owned: owned_rows,
+            remote: RemoteBlocks::new(session.world(), index(owned_rows)?, block),
             session: session.clone(),
         };
         let (scalar_rows, block_size) = (index(block * owned_rows)?, index(block)?);
@@ -90,6 +93,8 @@ impl BlockMatrix {
                 sys::MAT_NEW_NONZERO_ALLOCATION_ERR,
                 sys::PETSC_TRUE,
             ))?;
+            // They go by another way.
+            check(sys::MatSetOption(handle, sys::MAT_NO_OFF_PROC_ENTRIES, sys::PETSC_TRUE))?;
         }
         Ok(matrix)
     }
@@ -172,6 +177,28 @@ impl BlockMatrix {
             rows.len() * columns.len() * self.block * self.block,
             "a dense matrix of all blocks"
         );
+        if rows.iter().all(|&row| self.remote.is_local(row)) {
+            return self.put_blocks(rows, columns, values);
+        }
+        let width = columns.len() * self.block;
+        for (&row, values) in std::iter::zip(rows, values.chunks_exact(self.block * width)) {
+            if self.remote.is_local(row) {
+                self.put_blocks(&[row], columns, values)?;
+                continue;
+            }
+            for (place, &column) in columns.iter().enumerate().filter(|&(_, &column)| column >= 0) {
+                let start = place * self.block;
+                let block = values
+                    .chunks_exact(width)
+                    .flat_map(|line| &line[start..start + self.block]);
+                self.remote.add(row, column, block.copied());
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds to rows of this rank.
+    fn put_blocks(&mut self, rows: &[PetscInt], columns: &[PetscInt], values: &[f64]) -> Result<(), PetscError> {
         // SAFETY: the handle is valid and the lengths match; numbers beyond the matrix are an error of PETSc.
         check(unsafe {
             sys::MatSetValuesBlocked(
@@ -196,13 +223,25 @@ impl BlockMatrix {
             "component {component} of a block of {}",
             self.block
         );
+        if !self.remote.is_local(node) {
+            let own = component * (self.block + 1);
+            let entries = (0..self.block * self.block).map(|entry| if entry == own { value } else { 0.0 });
+            self.remote.add(node, node, entries);
+            return Ok(());
+        }
         let row = node * index(self.block)? + index(component)?;
         // SAFETY: the handle is valid; one row, one column, one value.
         check(unsafe { sys::MatSetValues(self.handle, 1, &row, 1, &row, &value, sys::ADD_VALUES) })
     }
 
-    /// Brings the entries to the ranks that own them, added in the order of ranks.
+    /// Collective. Brings the entries to the ranks that own them, added in the order of ranks.
     pub fn assemble(&mut self) -> Result<(), PetscError> {
+        for (keys, values) in self.remote.exchange(self.session.clone().world()) {
+            let blocks = values.chunks_exact(self.block * self.block);
+            for (key, block) in std::iter::zip(keys.chunks_exact(2), blocks) {
+                self.put_blocks(&key[..1], &key[1..], block)?;
+            }
+        }
         // SAFETY: the handle is valid.
         unsafe {
             check(sys::MatAssemblyBegin(self.handle, sys::MAT_FINAL_ASSEMBLY))?;
@@ -250,6 +289,7 @@ impl BlockMatrix {
         let norm = self.norm()?;
         let mut difference = BlockMatrix {
             handle: null_mut(),
+            remote: self.remote.clone(),
             session: self.session.clone(),
             ..*self
         };

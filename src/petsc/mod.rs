@@ -17,6 +17,7 @@ mod newton;
 mod nonlinear;
 mod ordering;
 mod partition;
+mod remote;
 mod session;
 mod vector;
 

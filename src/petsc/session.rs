@@ -14,13 +14,8 @@ use super::matrix::MatrixFormat;
 use super::ordering;
 use crate::parallel::World;
 
-/// Options that this wrapper sets unless the user does. The two of the stash make the sum of entries from several ranks
-/// run in the order of ranks: only PETSc's older exchange offers that, the newer one adds in the order of arrival.
-const DEFAULTS: [(&CStr, &CStr); 3] = [
-    (c"-options_left", c"no"),
-    (c"-matstash_legacy", c"true"),
-    (c"-matstash_reproduce", c"true"),
-];
+/// Options that this wrapper sets unless the user does.
+const DEFAULTS: [(&CStr, &CStr); 1] = [(c"-options_left", c"no")];
 
 /// A running PETSc. Handles share it; the last one to go finalises PETSc, and only then can MPI be finalised.
 pub struct Session {

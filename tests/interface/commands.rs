@@ -2,6 +2,13 @@
 
 use super::scenes::BLOCK;
 use crate::common::launch::Launch;
+use std::collections::HashMap;
+
+/// Keys and values of the line of a step.
+fn progress(line: &str) -> Option<HashMap<&str, &str>> {
+    let pairs = line.split(' ').map(|pair| pair.split_once('='));
+    line.starts_with("step=").then(|| pairs.map(Option::unwrap).collect())
+}
 
 #[test]
 fn a_run_writes_its_results_and_ends_with_zero() {
@@ -16,8 +23,23 @@ fn a_run_writes_its_results_and_ends_with_zero() {
         assert!(run.file(name).is_file(), "{name}");
     }
     assert!(run.stdout.contains("Sheared block"), "{}", run.stdout);
-    let steps: Vec<&str> = run.stdout.lines().filter(|line| line.starts_with("step ")).collect();
+    let steps: Vec<_> = run.stdout.lines().filter_map(progress).collect();
     assert_eq!(steps.len(), 2, "{}", run.stdout);
+    let history = run.history();
+    for (step, row) in std::iter::zip(steps, 1..) {
+        for (key, column) in [
+            ("step", "step"),
+            ("stage", "stage"),
+            ("load_factor", "load_factor"),
+            ("step_size", "step_size"),
+            ("iterations", "newton_iterations"),
+        ] {
+            assert_eq!(step[key], history.text(column)[row], "{key}");
+        }
+        for key in ["residual", "elapsed", "rest"] {
+            assert!(step[key].parse::<f64>().unwrap() >= 0.0, "{key}={}", step[key]);
+        }
+    }
     assert!(
         run.stdout.chars().all(|letter| letter == '\n' || !letter.is_control()),
         "{:?}",

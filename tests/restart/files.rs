@@ -1,6 +1,6 @@
 //! Checkpoints that cannot be used, scenes that changed, disks that are full: a clear message, and older data stay.
 
-use crate::common::launch::{Launch, Run, config};
+use crate::common::launch::{Launch, Run};
 use crate::scenes::{BIAXIAL, Runs};
 use rustix::process::{Pid, Resource, Rlimit, prlimit};
 use std::fs;
@@ -145,7 +145,7 @@ fn a_full_disk_leaves_the_checkpoint_before() {
     // Without the trap the system would end the process instead of telling it.
     command
         .args(["-c", "trap '' XFSZ; exec \"$@\"", "bash", program])
-        .arg(config(BIAXIAL.name));
+        .arg(BIAXIAL.path());
     BIAXIAL.set.iter().for_each(|assignment| {
         command.args(["--set", assignment]);
     });

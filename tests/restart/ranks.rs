@@ -2,7 +2,7 @@
 
 use crate::common::compare::same_history;
 use crate::common::results::Table;
-use crate::scenes::{BIAXIAL, CLASSICAL, ELEMENTS, Runs, Scene};
+use crate::scenes::{BIAXIAL, CLASSICAL, ELEMENTS, PLATEN, Runs, SANDSTONE, Scene};
 
 /// Largest difference over the largest magnitude of a column.
 const AGREEMENT: f64 = 1e-8;
@@ -12,7 +12,7 @@ fn stopped_and_continued(scene: Scene, rows: usize, from: usize, to: usize) {
     let whole = runs.launch("whole", from).run().completed();
     runs.interrupt("part", from, rows);
     let part = runs.again("part", to).run().completed();
-    let title = format!("{}, from {from} ranks to {to}", scene.name);
+    let title = format!("{}, from {from} ranks to {to}", scene.file);
     if from == to {
         for file in ["history.csv", "convergence.csv"] {
             assert!(
@@ -54,4 +54,33 @@ fn finite_elements() {
 fn classical_continuum() {
     stopped_and_continued(CLASSICAL, 5, 2, 2);
     stopped_and_continued(CLASSICAL, 5, 1, 2);
+}
+
+#[test]
+fn points_held_by_penalties_and_steps_that_adapt() {
+    stopped_and_continued(PLATEN, 10, 1, 1);
+    stopped_and_continued(PLATEN, 10, 2, 2);
+    stopped_and_continued(PLATEN, 10, 2, 1);
+}
+
+#[test]
+fn damage_on_splines() {
+    stopped_and_continued(SANDSTONE, 9, 1, 1);
+    stopped_and_continued(SANDSTONE, 9, 2, 2);
+    stopped_and_continued(SANDSTONE, 9, 1, 2);
+}
+
+/// MUMPS on two ranks, entries of the matrix that travel between them, and migration: each sum in a fixed order.
+#[test]
+fn two_runs_on_two_ranks_are_the_same() {
+    for scene in [BIAXIAL, SANDSTONE] {
+        let runs = Runs::of(scene);
+        for run in ["one", "other"] {
+            runs.launch(run, 2).run().completed();
+        }
+        for file in ["history.csv", "convergence.csv"] {
+            let [one, other] = ["one", "other"].map(|run| runs.bytes(run, file));
+            assert!(one == other, "{}: {file} differs", scene.file);
+        }
+    }
 }
