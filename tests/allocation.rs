@@ -68,7 +68,7 @@ fn kernel_allocates_nothing<C: Fields<D, N> + Laws, const D: usize, const N: usi
     size: f64,
 ) {
     let mut model = model::<C, D, N>(world, Box::new(Gimp), spec);
-    let system = model.search(world).expect("all points lie on the grid");
+    let system = model.search(world, 0).expect("all points lie on the grid");
     let mut workspace = Workspace::<C, D, N>::new(Rc::new(Clock::start()));
     let states = [3, 11, 12].map(|seed| field(&model, &system.active.nodes, size, seed));
     let mut forces = vec![0.0; states[0].len()];

@@ -151,14 +151,14 @@ fn taylor<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
     load(&mut model);
     let mut workspace = Workspace::<C, D, N>::new(Rc::new(Clock::start()));
     // One accepted step first, so that the state is not virgin and domains have grown.
-    let system = model.search(world).unwrap();
+    let system = model.search(world, 0).unwrap();
     assert!(!system.faces.faces.is_empty());
     let u = field(&model, &system.active.nodes, 0.7 * size, 3);
     forces(&mut workspace, &mut model, &system, &u);
     model.accept_gaps(&system, &model.surface.acting(NOW), &u);
     model.accept(world, &mut workspace, &system.batches, &system.active, &u);
     assert!(model.points.gaps.iter().any(|&gap| gap != 0.0));
-    let system = model.search(world).unwrap();
+    let system = model.search(world, 0).unwrap();
     assert_eq!(
         system
             .active
@@ -223,7 +223,7 @@ fn taylor<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
 /// A rigid rotation and translation of virgin points makes no forces but those of the penalty, which is switched off.
 fn rigid_motion<C: Fields<3, N> + Laws, const N: usize>(world: &World, basis: Box<dyn Basis>) {
     let mut model = model::<C, 3, N>(world, basis, MaterialSpec::Elastic(ELASTIC));
-    let system = model.search(world).unwrap();
+    let system = model.search(world, 0).unwrap();
     let vector = nalgebra::Vector3::new(0.4, -0.7, 0.5);
     let rotation = nalgebra::Rotation3::new(vector);
     let u: Vec<f64> = system
@@ -253,7 +253,7 @@ fn rigid_motion<C: Fields<3, N> + Laws, const N: usize>(world: &World, basis: Bo
 fn pressure_on_a_closed_surface<C: Fields<3, N> + Laws, const N: usize>(world: &World) {
     let mut model = model::<C, 3, N>(world, Box::new(Gimp), MaterialSpec::Elastic(ELASTIC));
     load(&mut model);
-    let system = model.search(world).unwrap();
+    let system = model.search(world, 0).unwrap();
     let rotation = nalgebra::Rotation3::new(nalgebra::Vector3::new(0.4, -0.7, 0.5));
     let mut u = vec![0.0; system.active.nodes.len() * N];
     for (&key, u) in system.active.nodes.iter().zip(u.chunks_exact_mut(N)) {

@@ -401,7 +401,7 @@ fn locate<C: Fields<D, N>, const D: usize, const N: usize>(
         )
     };
     model.gather_cells(world).map_err(describe)?;
-    model.search(world).map_err(describe)
+    model.search(world, 0).map_err(describe)
 }
 
 /// Round-off of a spring, whose two ends move nearly alike, must not exceed what equilibrium is solved to.

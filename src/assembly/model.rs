@@ -91,11 +91,11 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Model<C, D, N> {
         }
     }
 
-    /// Collective. Finds supports, penalised faces and active nodes; sorts the points.
+    /// Collective. Finds supports, penalised faces and the nodes that are active in a stage; sorts the points.
     ///
     /// # Errors
     /// A point that the grid cannot carry, known to every rank.
-    pub fn search(&mut self, world: &World) -> Result<StepSystem<D>, Misplaced> {
+    pub fn search(&mut self, world: &World, stage: usize) -> Result<StepSystem<D>, Misplaced> {
         let batches = match &self.elements {
             Some(elements) => search_elements(elements, &mut self.points),
             None => agree_on_place(world, search(&self.grid, self.basis.as_ref(), &mut self.points))?,
@@ -105,7 +105,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Model<C, D, N> {
             Some(ghost) => GhostFaces::find(world, &self.grid, &touched, ghost.scaling()),
             None => GhostFaces::none(),
         };
-        let platens = self.surface.platens(&batches, &self.points);
+        let platens = self.surface.platens(&batches, &self.points, stage);
         let active = Active::new(world, &self.grid, &batches, &faces, &platens);
         let surface = self
             .surface

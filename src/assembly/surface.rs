@@ -59,17 +59,20 @@ impl SurfaceConditions {
         }
     }
 
-    /// Platens that points of this rank are tied to.
+    /// Platens that points of this rank are tied to in a stage. Those of other stages must not be among the unknowns: the
+    /// first assembly of a matrix fixes its pattern to what was added.
     pub fn platens<C: Fields<D, N>, const D: usize, const N: usize>(
         &self,
         batches: &Batches<D>,
         points: &Points<C, D>,
+        stage: usize,
     ) -> Platens {
         let mut platens = Platens::default();
-        let mut boundaries: Vec<usize> = self.ties.iter().map(|tie| tie.boundary).collect();
+        let acting = acting(&self.ties, stage);
+        let mut boundaries: Vec<usize> = acting.iter().map(|tie| tie.boundary).collect();
         boundaries.dedup();
         for boundary in boundaries {
-            let mut ties = self.ties.iter().filter(|tie| tie.boundary == boundary);
+            let mut ties = acting.iter().filter(|tie| tie.boundary == boundary);
             let bit = ties.clone().map(|tie| tie.bit).next().unwrap_or_default();
             let free = ties.any(|tie| tie.goal == Goal::Free);
             let mut own = batches_of(batches, points, 1 << bit);

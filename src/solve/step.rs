@@ -155,7 +155,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
                 if self.world.any(self.interrupt.requested()) {
                     return Err(self.interrupted());
                 }
-                let system = self.search()?;
+                let system = self.search(index)?;
                 let solution = self.solve_step(&system, stage, &mut schedule, observer)?;
                 let last = index + 1 == stages.len() && schedule.next_step().is_none();
                 self.accept(&system, stage, &schedule, solution, last, observer)?;
@@ -266,8 +266,8 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
     }
 
     /// Brings every point to the rank of its cell, shares the points anew where they are badly spread, and finds what
-    /// they see of the grid.
-    fn search(&mut self) -> Result<StepSystem<D>, Error> {
+    /// they see of the grid in a stage.
+    fn search(&mut self, stage: usize) -> Result<StepSystem<D>, Error> {
         let clock = self.clock.clone();
         let _searching = clock.enter(Phase::Search);
         let steps = self.counts.steps;
@@ -285,7 +285,10 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
                 self.state.achieved_balance = Some(imbalance(&world, points.len()));
             }
         }
-        let system = self.model.search(&world).map_err(|misplaced| lost(steps, misplaced))?;
+        let system = self
+            .model
+            .search(&world, stage)
+            .map_err(|misplaced| lost(steps, misplaced))?;
         self.counts.largest_overhang = self.counts.largest_overhang.max(world.max_of(system.batches.overhang));
         self.counts.nodes = system.active.total;
         self.counts.active_cells = system.active_cells;

@@ -57,6 +57,11 @@ fn on_splines() {
 }
 
 #[test]
+fn on_sandstone_with_damage() {
+    ranks_agree(scenes::sandstone, &[2, 3]);
+}
+
+#[test]
 fn on_a_collapsing_classical_block() {
     ranks_agree(scenes::collapsing_block, &[2, 3]);
 }

@@ -141,3 +141,14 @@ pub fn elements() -> Launch {
         "loads.0.force=[0.0, 0.0, 200.0]",
     ])
 }
+
+/// Sandstone on cells of 4 mm, into plastic flow: damage field, platen and pressure on B-splines of order 2.
+pub fn sandstone() -> Launch {
+    Launch::config("gosford_plane_strain").set(&[
+        "grid.cells=[15, 20]",
+        "boundary.2.move.uy=-0.6e-3",
+        "stages.1.steps=6",
+        "stages.1.adaptive.max_step=0.16666667",
+        "solver.force_tolerance=1e-11",
+    ])
+}
