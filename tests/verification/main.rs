@@ -13,6 +13,7 @@ mod compression;
 mod couple_layer;
 mod curved_cantilever;
 mod finite_elements;
+mod homogeneous_sandstone;
 mod manufactured;
 mod plane_and_space;
 mod plane_cantilever;

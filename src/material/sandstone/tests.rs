@@ -607,7 +607,7 @@ fn small_strains_are_those_of_drucker_and_prager() {
             }
             largest
         });
-        println!("{differences:.2e?}");
+        println!("{differences:?}");
         assert!(differences[0] < 0.05, "{differences:?}");
         for pair in differences.windows(2) {
             assert!(pair[1] < 0.13 * pair[0], "not of first order: {differences:?}");
