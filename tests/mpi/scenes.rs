@@ -170,8 +170,9 @@ bodies:
     material: stone
     shape: {box: {min: [0.0, 0.0], max: [0.04, 0.06]}}
     points_per_cell: 2
-    regions:
-      - {shape: {box: {min: [0.0, 0.02], max: [0.01, 0.03]}}, scale: {cohesion: 0.9}}
+regions:
+  - within: {box: {min: [0.0, 0.02], max: [0.01, 0.03]}}
+    scale: {cohesion: 0.9}
 boundary:
   - {face: y_min, fix: [ux, uy], name: base}
   - {face: y_max, fix: [ux], move: {uy: -0.002}, name: top}

@@ -372,7 +372,7 @@ fn every_trial_state_is_returned() {
                 respond(&literal, &strain, &virgin()).expect("a point of the cone");
             }
         }
-        assert!(plastic > 1800, "{plastic}");
+        assert!(plastic > 1200, "{plastic}");
     }
 }
 
@@ -441,8 +441,8 @@ fn superposed_rotation_turns_the_stresses_and_nothing_else() {
     let step = |random: &mut Random| Jet::<3, 7> {
         value: SVector::from_fn(|_, _| 0.01 * random.number()),
         gradient: SMatrix::from_fn(|a, k| {
-            let along = if a < 3 && a == k { -0.01 } else { 0.0 };
-            along + random.number() * if a < 3 { 0.01 } else { 2.0 }
+            let along = if a == k { [-0.015, 0.005, 0.0][k] } else { 0.0 };
+            along + random.number() * if a < 3 { 0.005 } else { 2.0 }
         }),
     };
     let (first, second) = (step(&mut random), step(&mut random));
@@ -589,7 +589,7 @@ fn small_strains_are_those_of_drucker_and_prager() {
     for _ in 0..10 {
         let tensor = random.tensor(driven(Components::Space).0);
         let direction = MicropolarStrain {
-            stretch: (tensor + tensor.transpose()) * 0.5 - Matrix3::identity() * 0.2,
+            stretch: (tensor + tensor.transpose()) * 0.5 - Matrix3::identity() * (tensor.trace() / 3.0 + 0.05),
             wryness: random.tensor(driven(Components::Space).1) * 300.0,
         };
         let differences = [1e-3, 1e-4, 1e-5].map(|strength| {
