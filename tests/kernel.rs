@@ -221,8 +221,8 @@ fn taylor<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
 }
 
 /// A rigid rotation and translation of virgin points makes no forces but those of the penalty, which is switched off.
-fn rigid_motion<C: Fields<3, N> + Laws, const N: usize>(world: &World, basis: Box<dyn Basis>) {
-    let mut model = model::<C, 3, N>(world, basis, MaterialSpec::Elastic(ELASTIC));
+fn rigid_motion<C: Fields<3, N> + Laws, const N: usize>(world: &World, basis: Box<dyn Basis>, spec: MaterialSpec) {
+    let mut model = model::<C, 3, N>(world, basis, spec);
     let system = model.search(world, 0).unwrap();
     let vector = nalgebra::Vector3::new(0.4, -0.7, 0.5);
     let rotation = nalgebra::Rotation3::new(vector);
@@ -233,8 +233,14 @@ fn rigid_motion<C: Fields<3, N> + Laws, const N: usize>(world: &World, basis: Bo
         .flat_map(|&key| {
             let x = nalgebra::Vector3::from(model.grid.node_position(&model.grid.node(key)));
             let moved = rotation * x - x + nalgebra::Vector3::new(0.01, 0.0, -0.02);
-            // Translations, and where there are any the rotations behind them.
-            moved.iter().chain(&vector).take(N).copied().collect::<Vec<_>>()
+            // Translations, and where there are any the rotations and a damage field of zero behind them.
+            moved
+                .iter()
+                .chain(&vector)
+                .chain(&[0.0])
+                .take(N)
+                .copied()
+                .collect::<Vec<_>>()
         })
         .collect();
     model.ghost = None;
@@ -346,13 +352,23 @@ fn main() {
         ("damage_space_linear_plastic", &|| {
             taylor::<GradientMicropolar, 3, 7>(&world, Box::new(Linear), sandstone, 0.02)
         }),
+        ("damage_space_gimp_plastic", &|| {
+            taylor::<GradientMicropolar, 3, 7>(&world, Box::new(Gimp), sandstone, 0.02)
+        }),
+        ("damage_space_splines_plastic", &|| {
+            taylor::<GradientMicropolar, 3, 7>(&world, Box::new(BSpline::new(2)), sandstone, 0.02)
+        }),
+        ("damage_rigid_motion_makes_no_forces", &|| {
+            rigid_motion::<GradientMicropolar, 7>(&world, Box::new(Gimp), sandstone);
+            rigid_motion::<GradientMicropolar, 7>(&world, Box::new(BSpline::new(2)), sandstone);
+        }),
         ("rigid_motion_makes_no_forces", &|| {
-            rigid_motion::<Micropolar, 6>(&world, Box::new(Gimp));
-            rigid_motion::<Micropolar, 6>(&world, Box::new(BSpline::new(2)));
+            rigid_motion::<Micropolar, 6>(&world, Box::new(Gimp), elastic);
+            rigid_motion::<Micropolar, 6>(&world, Box::new(BSpline::new(2)), elastic);
         }),
         ("classical_rigid_motion_makes_no_forces", &|| {
-            rigid_motion::<Classical, 3>(&world, Box::new(Gimp));
-            rigid_motion::<Classical, 3>(&world, Box::new(BSpline::new(3)));
+            rigid_motion::<Classical, 3>(&world, Box::new(Gimp), elastic);
+            rigid_motion::<Classical, 3>(&world, Box::new(BSpline::new(3)), elastic);
         }),
     ]);
 }

@@ -248,6 +248,23 @@ impl Sandstone {
         }
     }
 
+    fn corrections(&self, strain: &MicropolarStrain, old: &[f64]) -> usize {
+        let old = SandstoneState::unpack(old);
+        match self.components {
+            Components::Plane => self.corrections_in::<PlaneTensor, 5>(strain, &old),
+            Components::Space => self.corrections_in::<Matrix3<f64>, 9>(strain, &old),
+        }
+    }
+
+    /// Corrections of the local problem; none where the step is elastic or has no stress.
+    fn corrections_in<T: Tensor, const N: usize>(&self, strain: &MicropolarStrain, old: &SandstoneState) -> usize {
+        self.trial::<T>(strain, old)
+            .and_then(|trial| self.flow.respond::<T, N>(&trial))
+            .ok()
+            .and_then(|point| point.flow)
+            .map_or(0, |flow| flow.corrections)
+    }
+
     /// Moduli at `alpha` with damage `omega`, and its derivative.
     fn moduli_any(
         &self,
@@ -308,6 +325,10 @@ impl Material<GradientMicropolar> for Sandstone {
         out.source_alpha = 1.0;
         out.flux_gradient = self.conductivity();
     }
+
+    fn local_iterations(&self, strain: &GradientMicropolarStrain, old: &[f64]) -> usize {
+        self.corrections(&strain.micropolar, old)
+    }
 }
 
 impl Sandstone {
@@ -347,6 +368,10 @@ impl Material<Micropolar> for Sandstone {
         let mut all = GradientMicropolarModuli::default();
         self.moduli_any(strain, old, new, (0.0, 0.0), &mut all);
         *out = all.micropolar;
+    }
+
+    fn local_iterations(&self, strain: &MicropolarStrain, old: &[f64]) -> usize {
+        self.corrections(strain, old)
     }
 }
 

@@ -125,6 +125,100 @@ stages: [{name: not read, steps: many}]
     assert!((found.column("pressure")[row] - pressure).abs() < 1e-9 * pressure);
 }
 
+/// The sandstone states from virgin material in SI units through the command, with the nonlocal field at its end. The
+/// reference is in MPa and mm, and writes the transposes of our stretches.
+#[test]
+fn sandstone_with_a_damage_field_agrees_with_the_reference() {
+    let all: Value = serde_json::from_str(include_str!("../reference/sandstone_states.json")).expect("valid JSON");
+    let states = all["states"].as_array().expect("a list");
+    let mut flowing = 0;
+    for state in states.iter().filter(|state| number(&state["alpha_p_old"]) == 0.0) {
+        let parameters = &all["parameters"][state["parameters"].as_str().expect("a name")];
+        let name = state["name"].as_str().expect("a name");
+        let run = Launch::point(&sandstone_scene(state, parameters)).run().completed();
+        let found = table(&run.stdout);
+        assert_eq!(found.rows.len(), 1);
+        let theirs = |key: &str| Matrix3::from_fn(|i, j| number(&state[key][i][j]));
+        // Without a micro-rotation the gradient is the stretch; B^T is the first Piola stress, M that of the couples.
+        let (gradient, volume) = (theirs("C").transpose(), theirs("C").determinant());
+        let stress = theirs("B_KJ").transpose() * gradient.transpose() * (1.0e6 / volume);
+        let couple = theirs("M_JI") * gradient.transpose() * (1.0e3 / volume);
+        for (name, ours, theirs) in [
+            ("stress", tensor(&found, "stress", 0), stress),
+            ("couple_stress", tensor(&found, "couple_stress", 0), couple),
+        ] {
+            let difference = (ours - theirs).norm();
+            assert!(difference <= 1e-9 * theirs.norm() + 1e-3, "{name}: {ours} {theirs}");
+        }
+        for (column, key) in [("chi", "alpha_p"), ("alpha", "alpha_nl"), ("damage", "omega")] {
+            let (ours, theirs) = (found.column(column)[0], number(&state[key]));
+            assert!(
+                (ours - theirs).abs() <= 1e-9 * theirs.abs(),
+                "{name}, {column}: {ours} {theirs}"
+            );
+        }
+        let flows = number(&state["alpha_p"]) > 0.0;
+        flowing += usize::from(flows);
+        assert_eq!(found.column("local_iterations")[0] > 0.0, flows, "{name}");
+    }
+    assert!(flowing >= 3, "{flowing}");
+}
+
+/// One step to a state of the reference.
+fn sandstone_scene(state: &Value, parameters: &Value) -> String {
+    let p = |key: &str| number(&parameters[key]);
+    let rows = |key: &str, transposed: bool, factor: f64| {
+        let entry = |i: usize, j: usize| {
+            factor * number(&state[key][if transposed { j } else { i }][if transposed { i } else { j }])
+        };
+        let row = |i: usize| format!("[{:?}, {:?}, {:?}]", entry(i, 0), entry(i, 1), entry(i, 2));
+        format!("[{}, {}, {}]", row(0), row(1), row(2))
+    };
+    format!(
+        "materials:
+  stone:
+    law: sandstone
+    youngs_modulus: {:?}
+    poisson_ratio: {:?}
+    coupling_ratio: {:?}
+    bending_length: {:?}
+    torsion_length: {:?}
+    polar_ratio: {:?}
+    cohesion: {:?}
+    friction_angle: {:?}
+    dilatancy_angle: {:?}
+    plastic_length: {:?}
+    hardening_stress: {:?}
+    hardening_rate: {:?}
+    dilation_rate: {:?}
+    apex_rounding: 0.0
+    damage_length: {:?}
+    softening_modulus: {:?}
+solver: {{return_map_tolerance: 1.0e-13}}
+path: {{material: stone, kinematics: three_dimensional, continuum: gradient_micropolar, steps: 1, alpha: {:?},
+  deformation_gradient: {}, wryness: {}}}
+",
+        p("E") * 1.0e6,
+        p("nu"),
+        p("GcG"),
+        p("lb") * 1.0e-3,
+        p("lt") * 1.0e-3,
+        p("psi_pol"),
+        p("c") * 1.0e6,
+        p("phi"),
+        p("psi"),
+        p("lJ2") * 1.0e-3,
+        p("hD") * 1.0e6,
+        p("hexp"),
+        p("hd"),
+        p("ld") * 1.0e-3,
+        p("epsf"),
+        number(&state["alpha_nl"]),
+        rows("C", true, 1.0),
+        rows("Gamma_JI", false, 1.0e3),
+    )
+}
+
 /// A cylinder that softens has no answer once its strength is used up: rows so far, the step, and exit code 3.
 #[test]
 fn a_law_without_an_answer_ends_the_path_with_its_step() {

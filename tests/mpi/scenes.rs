@@ -152,3 +152,53 @@ pub fn sandstone() -> Launch {
         "solver.force_tolerance=1e-11",
     ])
 }
+
+/// A block of soft sandstone with a weak spot, compressed between a fixed base and a rough top until it softens.
+pub fn softening_block() -> Launch {
+    Launch::text(
+        "
+model: {kinematics: plane_strain, continuum: gradient_micropolar}
+grid: {min: [-0.01, 0.0], max: [0.05, 0.06], cells: [12, 12], basis: bspline2}
+materials:
+  stone:
+    law: sandstone
+    lame_lambda: 8.0e6
+    shear_modulus: 6.0e6
+    coupling_ratio: 1.0
+    bending_length: 3.0e-3
+    bounded_stiffness: true
+    cohesion: 50.0e3
+    friction_angle: 30.0
+    dilatancy_angle: 20.0
+    plastic_length: 4.0e-3
+    hardening_stress: 20.0e3
+    hardening_rate: 200.0
+    dilation_rate: 1.0
+    damage_length: 4.0e-3
+    softening_modulus: 0.01
+bodies:
+  - name: block
+    material: stone
+    shape: {box: {min: [0.0, 0.0], max: [0.04, 0.06]}}
+    points_per_cell: 2
+regions:
+  - within: {box: {min: [0.0, 0.02], max: [0.01, 0.03]}}
+    scale: {cohesion: 0.9}
+boundary:
+  - {face: y_min, fix: [ux, uy], name: base}
+  - {face: y_max, fix: [ux], move: {uy: -0.002}, name: top}
+stages: [{name: compression, steps: 10}]
+solver: {force_tolerance: 1.0e-12, max_iterations: 30}
+stabilisation: {ghost: {translation: 8.0e2, rotation: 0.02, scaling: stiffness}}
+output:
+  history:
+    - {name: top, reaction: {boundary: top, component: uy}}
+    - {name: base, reaction: {boundary: base, component: ux}}
+    - {name: chi_max, max: chi}
+    - {name: alpha_max, max: alpha}
+    - {name: damage_mean, mean: damage}
+    - {name: stress, mean: stress}
+    - {name: twist, max: twist_z}
+",
+    )
+}

@@ -14,6 +14,7 @@ mod couple_layer;
 mod curved_cantilever;
 mod finite_elements;
 mod gosford;
+mod homogeneous_sandstone;
 mod manufactured;
 mod plane_and_space;
 mod plane_cantilever;

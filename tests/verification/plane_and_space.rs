@@ -14,7 +14,8 @@
 //!         base: ux = uy = 0
 //! ```
 //!
-//! In the classical continuum the same without rotations: there the plastic strain across the plane moves alone.
+//! In the classical continuum the same without rotations: there the plastic strain across the plane moves alone. With a
+//! nonlocal damage field the same block of a soft sandstone, which is damaged as well.
 //!
 //! Expected: reactions per metre of thickness equal within 1e-7, equivalent plastic strains within 1e-6.
 
@@ -24,7 +25,44 @@ use crate::common::results::Table;
 
 const THICKNESS: f64 = 0.005;
 
-fn run(space: bool, rotations: bool) -> Table {
+#[derive(Clone, Copy, PartialEq)]
+enum Body {
+    Classical,
+    Micropolar,
+    Damaged,
+}
+
+/// Continuum, keys of the law, stiffness of the ghost penalty and columns of a body.
+fn keys(body: Body) -> [&'static str; 4] {
+    let columns = "    - {name: twist_min, min: twist_z}\n    - {name: couple_stress, max: couple_stress}";
+    match body {
+        Body::Classical => [
+            "classical",
+            "law: drucker_prager, density: 1.0, hardening_modulus: 1.0e5",
+            "",
+            "    - {name: stress, max: stress}",
+        ],
+        Body::Micropolar => [
+            "micropolar",
+            "law: drucker_prager, coupling_modulus: 1.0e6, bending_length: 3.0e-3, bounded_stiffness: true, \
+             plastic_length: 4.0e-3, hardening_modulus: 1.0e5",
+            ", rotation: 2.0",
+            columns,
+        ],
+        // Stiff against torsion, so that the couple-stress is not symmetric.
+        Body::Damaged => [
+            "gradient_micropolar",
+            "law: sandstone, coupling_ratio: 0.2, bending_length: 3.0e-3, torsion_length: 3.0e-3, polar_ratio: 1.2, \
+             plastic_length: 4.0e-3, hardening_stress: 1.0e4, hardening_rate: 50.0, dilation_rate: 1.0, \
+             damage_length: 5.0e-3, softening_modulus: 0.1",
+            ", rotation: 2.0",
+            "    - {name: twist_min, min: twist_z}\n    - {name: couple_stress, max: couple_stress}\n    \
+             - {name: alpha, mean: alpha}\n    - {name: damage, max: damage}",
+        ],
+    }
+}
+
+fn run(space: bool, body: Body) -> Table {
     let (kinematics, min, max, cells) = if space {
         (
             "three_dimensional",
@@ -40,28 +78,18 @@ fn run(space: bool, rotations: bool) -> Table {
     } else {
         ("[0.01, 0.0]", "[0.04, 0.04]".to_owned())
     };
-    let held = match (space, rotations) {
+    let held = match (space, body) {
         (false, _) => "",
-        (true, true) => "  - {face: all, fix: [uz, rx, ry]}",
-        (true, false) => "  - {face: all, fix: [uz]}",
+        (true, Body::Classical) => "  - {face: all, fix: [uz]}",
+        (true, _) => "  - {face: all, fix: [uz, rx, ry]}",
     };
-    let (continuum, moduli, ghost, columns) = if rotations {
-        (
-            "micropolar",
-            "coupling_modulus: 1.0e6, bending_length: 3.0e-3, bounded_stiffness: true, plastic_length: 4.0e-3",
-            ", rotation: 2.0",
-            "    - {name: twist_min, min: twist_z}\n    - {name: couple_stress, max: couple_stress}",
-        )
-    } else {
-        ("classical", "density: 1.0", "", "    - {name: stress, max: stress}")
-    };
+    let [continuum, law, ghost, columns] = keys(body);
     let history = Launch::text(&format!(
         "
 model: {{kinematics: {kinematics}, continuum: {continuum}}}
 grid: {{min: {min}, max: {max}, cells: {cells}, basis: gimp}}
 materials:
-  sand: {{law: drucker_prager, lame_lambda: 8.0e6, shear_modulus: 6.0e6, {moduli},
-    friction_angle: 25.0, dilatancy_angle: 8.0, cohesion: 50.0e3, hardening_modulus: 1.0e5}}
+  sand: {{{law}, lame_lambda: 8.0e6, shear_modulus: 6.0e6, friction_angle: 25.0, dilatancy_angle: 8.0, cohesion: 50.0e3}}
 bodies:
   - {{name: block, material: sand, shape: {{box: {{min: {corner}, max: {opposite}}}}}, points_per_cell: 2}}
 boundary:
@@ -91,7 +119,7 @@ output:
 
 #[test]
 fn plane_strain_is_space_with_the_components_out_of_the_plane_held() {
-    let (plane, space) = (run(false, true), run(true, true));
+    let (plane, space) = (run(false, Body::Micropolar), run(true, Body::Micropolar));
     let of_rotations = [
         "twist_min",
         "couple_stress_zx",
@@ -109,9 +137,19 @@ fn plane_strain_is_space_with_the_components_out_of_the_plane_held() {
 
 #[test]
 fn the_same_holds_without_rotations() {
-    let (plane, space) = (run(false, false), run(true, false));
+    let (plane, space) = (run(false, Body::Classical), run(true, Body::Classical));
     agree(&plane, &space, &["stress_xx", "stress_xy", "stress_yy", "stress_zz"]);
     assert!(plane.last("stress_zz").abs() > 1e3, "no stress across the plane");
+}
+
+#[test]
+fn the_same_holds_with_a_nonlocal_damage_field() {
+    let (plane, space) = (run(false, Body::Damaged), run(true, Body::Damaged));
+    let columns = ["twist_min", "couple_stress_zx", "couple_stress_xz", "alpha", "damage"];
+    agree(&plane, &space, &columns);
+    assert!(plane.last("damage") > 0.05, "{}", plane.last("damage"));
+    let across = plane.last("couple_stress_xz").abs();
+    assert!(across > 1e-3 * plane.last("couple_stress_zx").abs(), "{across}");
 }
 
 /// Reactions, plastic strains and these columns.

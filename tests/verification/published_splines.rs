@@ -48,7 +48,7 @@ fn beam(order: usize, youngs_modulus: f64, points: [usize; 2], conditions: &str)
 model: {{kinematics: plane_strain}}
 grid: {{min: [0.0, 0.0], max: [100.0, 100.0], cells: 12, basis: bspline{order}}}
 materials:
-  rubber: {{law: sandstone, youngs_modulus: {youngs_modulus:?}, poisson_ratio: 0.3, coupling_ratio: 1.0, bending_length: 2.0, torsion_length: 4.0}}
+  rubber: {{law: sandstone, youngs_modulus: {youngs_modulus:?}, poisson_ratio: 0.3, coupling_ratio: 1.0, bending_length: 2.0, torsion_length: 4.0, polar_ratio: 1.5}}
 bodies:
   - {{name: beam, material: rubber, shape: {{points: {{file: cloud.csv}}}}}}
 {conditions}

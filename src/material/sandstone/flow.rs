@@ -13,7 +13,9 @@
 //! strain, nine in space, in place of the ten and nineteen of elastic stretch, elastic wryness and multiplier.
 //!
 //! Newton's method starts at the solution for small strains, a scalar equation that is convex in `y`. Where it fails, `y` is
-//! bracketed first, with `S` solved for at fixed `y`.
+//! bracketed first, with `S` solved for at fixed `y`. Along that way `f` falls until dilatancy dies out at `dl = 1/hd`; then
+//! the volume that was given back returns, and `f` may rise. A trial state whose tension is above the apex there has no
+//! stress, rounded apex or not: the search sees the lowest `f` above zero and says so.
 
 use super::exponential::Exponential;
 use super::tensor::{Tensor, deviatoric_unit};
@@ -124,6 +126,8 @@ pub(super) struct Flow<T> {
     pub dilation_rate: f64,
     /// Derivative of `f` by the multiplier at fixed `q`, with its sign turned.
     pub fall: f64,
+    /// Corrections that it took to find this flow.
+    pub corrections: usize,
 }
 
 /// A state of the iteration.
@@ -274,8 +278,10 @@ impl FlowRule {
             return Ok(point);
         }
         let start = self.estimate(plastic, trial, &point.deviator);
-        self.iterate::<T, N>(plastic, trial, &start)
-            .or_else(|failure| self.search::<T, N>(plastic, trial, &start).map_err(|_| failure))
+        let mut corrections = 0;
+        self.iterate::<T, N>(plastic, trial, &start, &mut corrections)
+            .or_else(|_| self.search::<T, N>(plastic, trial, &start, &mut corrections))
+            .map(|point| point.after(corrections))
     }
 
     /// The converged state of a step that is known to flow by `multiplier` to the isochoric stretch `v` and
@@ -313,6 +319,7 @@ impl FlowRule {
             couple_rate,
             dilation_rate,
             fall,
+            corrections: 0,
         };
         Some(Iterate {
             point: Point {
@@ -331,7 +338,7 @@ impl FlowRule {
     fn estimate<T: Tensor>(&self, plastic: &Plastic, trial: &Trial<T>, deviator: &T) -> (T, f64) {
         let transposed = deviator.transpose();
         let parts = [(*deviator + transposed) * 0.5, (*deviator - transposed) * 0.5];
-        let decay = [4.0 * plastic.weights[0], 4.0 * self.coupling * plastic.weights[1]];
+        let decay = self.decay(plastic);
         let squares = [0, 1].map(|i| plastic.weights[i] * parts[i].dot(&parts[i]));
         let mut ratio = 0.0;
         for _ in 0..MOST_ITERATIONS {
@@ -367,11 +374,28 @@ impl FlowRule {
         (symmetric + skew, ratio)
     }
 
+    /// Rates of the parts of `S`, symmetric and skew, that shrink by `1/(1 + rate y)` at small strains.
+    fn decay(&self, plastic: &Plastic) -> [f64; 2] {
+        [4.0 * plastic.weights[0], 4.0 * self.coupling * plastic.weights[1]]
+    }
+
+    /// `S` at another `y`, as at small strains.
+    fn shrunk<T: Tensor>(&self, plastic: &Plastic, (deviator, from): &(T, f64), to: f64) -> T {
+        let transposed = deviator.transpose();
+        let parts = [(*deviator + transposed) * 0.5, (*deviator - transposed) * 0.5];
+        let factors = self
+            .decay(plastic)
+            .map(|decay| (1.0 + decay * from) / (1.0 + decay * to));
+        parts[0] * factors[0] + parts[1] * factors[1]
+    }
+
+    /// Newton's method from a start; counts its corrections.
     fn iterate<T: Tensor, const N: usize>(
         &self,
         plastic: &Plastic,
         trial: &Trial<T>,
         start: &(T, f64),
+        corrections: &mut usize,
     ) -> Result<Point<T>, NoSolution> {
         let outside = NoSolution {
             what: "the plastic strain of the step is too large",
@@ -387,6 +411,7 @@ impl FlowRule {
                 }
                 return state.accept();
             }
+            *corrections += 1;
             let factors = self
                 .system_of::<T, N>(plastic, trial, &state)
                 .factorise()
@@ -497,60 +522,77 @@ impl FlowRule {
         system
     }
 
-    /// Return where the iteration fails: `y` between bounds at which `f` has different signs, `S` solved for at each.
+    /// Return where the iteration fails: `y` between bounds, `S` solved for at each. Below the lower bound `f` is positive
+    /// and falls; at the upper one it is negative, or rises.
     fn search<T: Tensor, const N: usize>(
         &self,
         plastic: &Plastic,
         trial: &Trial<T>,
         start: &(T, f64),
+        corrections: &mut usize,
     ) -> Result<Point<T>, NoSolution> {
-        let none = NoSolution {
-            what: "no point of the yield surface is reached",
-            residual: f64::INFINITY,
-        };
-        let trial_deviator = self.mandel(&trial.isochoric);
-        let (mut low, mut high) = ((trial_deviator, 0.0), None);
+        let (mut low, mut high) = ((self.mandel(&trial.isochoric), 0.0), None);
         let mut ratio = if start.1 > 0.0 { start.1 } else { 1.0 };
+        let mut lowest = f64::INFINITY;
         for _ in 0..MOST_BRACKETINGS {
-            match self.deviator_at::<T, N>(plastic, trial, &low.0, ratio) {
-                Some(state) if state.excess > 0.0 => low = (state.point.deviator, ratio),
-                Some(state) => {
-                    high = Some(ratio);
-                    if let Ok(point) = self.iterate::<T, N>(plastic, trial, &(state.point.deviator, ratio)) {
-                        return Ok(point);
+            let guess = self.shrunk(plastic, &low, ratio);
+            match self.deviator_at::<T, N>(plastic, trial, &guess, ratio, corrections) {
+                Some((state, slope)) if slope < 0.0 => {
+                    lowest = lowest.min(state.excess);
+                    let reached = (state.point.deviator, ratio);
+                    if state.excess > 0.0 {
+                        low = reached;
+                    } else {
+                        high = Some(ratio);
+                        if let Ok(point) = self.iterate::<T, N>(plastic, trial, &reached, corrections) {
+                            return Ok(point);
+                        }
                     }
                 }
-                // A shorter way from where the stress is known.
-                None => high = Some(ratio),
+                // Beyond the lowest `f`, or a shorter way from where the stress is known.
+                _ => high = Some(ratio),
             }
             ratio = match high {
-                Some(high) => 0.5 * (low.1 + high),
+                Some(high) if low.1 > 0.0 => (low.1 * high).sqrt(),
+                Some(high) => 0.1 * high,
                 None => 4.0 * ratio,
             };
         }
-        self.iterate::<T, N>(plastic, trial, &low).map_err(|_| none)
+        // From next to a double root, or to one of rounding.
+        self.iterate::<T, N>(plastic, trial, &low, corrections)
+            .map_err(|_| NoSolution {
+                what: "the tension is beyond the apex of the yield surface, more than dilatancy can relieve",
+                residual: lowest,
+            })
     }
 
-    /// Solves `R = 0` at fixed `y` from a guess of `S`.
+    /// Solves `R = 0` at fixed `y` from a guess of `S`; with the derivative of `f` by `y` along these solutions.
     fn deviator_at<T: Tensor, const N: usize>(
         &self,
         plastic: &Plastic,
         trial: &Trial<T>,
         guess: &T,
         ratio: f64,
-    ) -> Option<Iterate<T>> {
+        corrections: &mut usize,
+    ) -> Option<(Iterate<T>, f64)> {
         let mut state = self.at(plastic, trial, guess, ratio)?;
         for _ in 0..MOST_ITERATIONS {
+            *corrections += 1;
+            let mut system = self.system_of::<T, N>(plastic, trial, &state);
+            let by_excess = std::mem::replace(&mut system.rows[N - 1], [0.0; N]);
+            system.rows[N - 1][N - 1] = 1.0;
+            let factors = system.factorise()?;
             let error = state.residual.dot(&state.residual).sqrt();
             if error <= 1e-6 * state.flow.shear {
-                return Some(state);
+                let mut unit = [0.0; N];
+                unit[N - 1] = 1.0;
+                let along = factors.solve_one(&unit);
+                let slope = by_excess.iter().zip(&along).map(|(a, b)| a * b).sum();
+                return Some((state, slope));
             }
-            let mut system = self.system_of::<T, N>(plastic, trial, &state);
-            system.rows[N - 1] = [0.0; N];
-            system.rows[N - 1][N - 1] = 1.0;
             let mut right = state.right_side::<N>();
             right[N - 1] = 0.0;
-            let correction = system.factorise()?.solve_one(&right);
+            let correction = factors.solve_one(&right);
             let closer = |fraction: f64| {
                 let next = self.step(plastic, trial, &state, &correction, fraction)?;
                 (next.residual.dot(&next.residual).sqrt() < error).then_some(next)
@@ -611,6 +653,16 @@ impl Plastic {
 
     pub fn friction_slope(&self) -> f64 {
         self.parameters.friction_slope
+    }
+}
+
+impl<T: Tensor> Point<T> {
+    /// The point with the number of corrections that it took.
+    fn after(mut self, corrections: usize) -> Self {
+        if let Some(flow) = &mut self.flow {
+            flow.corrections = corrections;
+        }
+        self
     }
 }
 
