@@ -207,6 +207,7 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
         None
     };
     let session = Session::start(world, &scene.solver.petsc_options)?;
+    session.choose_linear_solver(scene.solver.linear_solver(built.nodes * N, D))?;
     let partitioner = partitioner(scene.solver.partitioner)
         .resolve(&session)
         .map_err(|error| {

@@ -488,7 +488,7 @@ pub struct SolverKeys {
     pub return_map_tolerance: f64,
     /// Newton iterations before a step is cut, 1 or more.
     pub max_iterations: usize,
-    /// Linear solver; `auto` is the direct one.
+    /// Linear solver; `auto` is the iterative one in space from 50 000 unknowns on, otherwise the direct one.
     pub method: SolverMethodName,
     /// How the grid is shared among the ranks.
     pub partitioner: PartitionerName,
@@ -514,7 +514,10 @@ impl Default for SolverKeys {
 #[serde(rename_all = "snake_case")]
 pub enum SolverMethodName {
     Auto,
+    /// A factorisation by MUMPS: takes any system that has a solution.
     Direct,
+    /// GMRES with incomplete factors: a fraction of memory and time for compact bodies in space; may fail on slender ones.
+    Iterative,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -11,6 +11,7 @@
 
 mod error;
 mod evaluation;
+mod linear;
 mod log;
 mod matrix;
 mod newton;
@@ -22,6 +23,7 @@ mod session;
 mod vector;
 
 pub use error::PetscError;
+pub use linear::LinearSolver;
 pub use log::{LogStage, PhaseSeconds, StageGuard};
 pub use matrix::{BlockMatrix, MatrixFormat};
 pub use newton::{BACKTRACKING, FULL_STEPS, LinearOutcome, Newton, NewtonOptions};

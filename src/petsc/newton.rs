@@ -271,7 +271,8 @@ impl Newton {
             check(sys::SNESGetConvergedReasonString(self.snes, &mut name))?;
             text(name)
         };
-        let reason = if code == sys::SNES_DIVERGED_LINEAR_SOLVE {
+        let linear_failure = code == sys::SNES_DIVERGED_LINEAR_SOLVE;
+        let reason = if linear_failure {
             format!("{reason}, linear solver: {}", self.linear_reason()?.1)
         } else {
             reason
@@ -283,6 +284,7 @@ impl Newton {
             linear_iterations: linear_iterations as usize,
             residual_norm,
             reason,
+            linear_failure,
             evaluated_at_solution,
         })
     }

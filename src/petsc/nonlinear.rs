@@ -89,6 +89,8 @@ pub struct Outcome {
     pub residual_norm: f64,
     /// PETSc's name of the reason, with that of the linear solver where it failed.
     pub reason: String,
+    /// True if it ended because a linear system was not solved.
+    pub linear_failure: bool,
     /// True if the last evaluation of the residual was at the returned solution, to the bit, on every rank.
     pub evaluated_at_solution: bool,
 }

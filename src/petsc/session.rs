@@ -22,6 +22,8 @@ pub struct Session {
     world: World,
     version: String,
     stages: RefCell<Vec<(String, c_int)>>,
+    /// Names of the options that this wrapper set.
+    own_options: RefCell<Vec<String>>,
 }
 
 impl Session {
@@ -43,12 +45,10 @@ impl Session {
             world: world.clone(),
             version: library_version()?,
             stages: RefCell::default(),
+            own_options: RefCell::default(),
         });
         for (name, value) in DEFAULTS {
-            if !session.has_option(name)? {
-                // SAFETY: PETSc runs; both texts end with a zero byte.
-                check(unsafe { sys::PetscOptionsSetValue(null_mut(), name.as_ptr(), value.as_ptr()) })?;
-            }
+            session.prefer(name, &value.to_string_lossy())?;
         }
         // SAFETY: PETSc runs; the functions take no arguments.
         check(unsafe { sys::PetscLogDefaultBegin() })?;
@@ -78,8 +78,7 @@ impl Session {
         for i in 0..count as usize {
             // SAFETY: both lists have `count` entries, each null or a text that ends with a zero byte.
             let (name, value) = unsafe { (text(*names.add(i)), text(*values.add(i))) };
-            let own =
-                name == "no_signal_handler" || DEFAULTS.iter().any(|(own, _)| own.to_bytes()[1..] == *name.as_bytes());
+            let own = name == "no_signal_handler" || self.own_options.borrow().contains(&name);
             if !own {
                 unused.push(format!("-{name} {value}").trim_end().to_string());
             }
@@ -121,6 +120,27 @@ impl Session {
         &self.stages
     }
 
+    /// Sets an option unless the user did.
+    pub(super) fn prefer(&self, name: &CStr, value: &str) -> Result<(), PetscError> {
+        if self.has_option(name)? {
+            return Ok(());
+        }
+        self.own_options.borrow_mut().push(plain(name));
+        self.set_option(name, value)
+    }
+
+    /// Whether [`prefer`](Self::prefer) set the option.
+    pub(super) fn is_own_option(&self, name: &CStr) -> bool {
+        self.own_options.borrow().contains(&plain(name))
+    }
+
+    /// Sets an option, whatever it was.
+    pub(super) fn set_option(&self, name: &CStr, value: &str) -> Result<(), PetscError> {
+        let text = CString::new(value).expect("values of own options hold no zero byte");
+        // SAFETY: PETSc runs; both texts end with a zero byte and are copied.
+        check(unsafe { sys::PetscOptionsSetValue(null_mut(), name.as_ptr(), text.as_ptr()) })
+    }
+
     /// True when the option is set, to whatever value.
     pub(super) fn has_option(&self, name: &CStr) -> Result<bool, PetscError> {
         let mut set = sys::PETSC_FALSE;
@@ -160,6 +180,11 @@ impl Drop for Session {
         let code = unsafe { sys::PetscFinalize() };
         super::error::report_in_drop("PetscFinalize", code);
     }
+}
+
+/// Name of an option as PETSc lists it, without the hyphen.
+fn plain(name: &CStr) -> String {
+    name.to_string_lossy().trim_start_matches('-').to_owned()
 }
 
 /// Options as C texts, refused where a word is neither a name nor the value of the name before it: PETSc would skip it.

@@ -57,6 +57,19 @@ pub struct Failure {
     pub reason: String,
     /// Whether another line search might do better.
     pub search_matters: bool,
+    /// Whether a linear system was not solved.
+    pub linear: bool,
+}
+
+impl Failure {
+    /// A failure that no line search and no linear solver would mend.
+    fn plain(reason: String) -> Self {
+        Self {
+            reason,
+            search_matters: false,
+            linear: false,
+        }
+    }
 }
 
 impl Solver {
@@ -81,12 +94,9 @@ pub fn try_step<C: Fields<D, N>, const D: usize, const N: usize>(
 ) -> Result<Tried, Error> {
     let mut increments = match open(session, solver, &mut problem)? {
         Ok(increments) => increments,
-        Err(reason) => {
+        Err(failure) => {
             return Ok(Tried {
-                end: Err(Failure {
-                    reason,
-                    search_matters: false,
-                }),
+                end: Err(failure),
                 records: problem.records,
                 interrupted: problem.interrupted,
             });
@@ -109,10 +119,12 @@ pub fn try_step<C: Fields<D, N>, const D: usize, const N: usize>(
         End::OutOfDomain => Err(Failure {
             reason: describe_failure(&problem),
             search_matters: true,
+            linear: false,
         }),
         End::NotConverged => Err(Failure {
             reason: outcome.reason,
             search_matters: true,
+            linear: outcome.linear_failure,
         }),
     };
     Ok(Tried {
@@ -176,29 +188,29 @@ fn open<C: Fields<D, N>, const D: usize, const N: usize>(
     session: &Rc<Session>,
     solver: &mut Solver,
     problem: &mut Equilibrium<'_, C, D, N>,
-) -> Result<Result<Vec<f64>, String>, Error> {
+) -> Result<Result<Vec<f64>, Failure>, Error> {
     let owned = solver.layout.owned_length();
     let zero = vec![0.0; solver.layout.local_length()];
     let mut residual = GhostVector::new(session, &solver.layout)?;
     let mut lift = GhostVector::new(session, &solver.layout)?;
     let evaluated = problem.residual(&zero, residual.local_mut());
     if let Some(failure) = not_evaluated(evaluated, problem)? {
-        return Ok(Err(failure));
+        return Ok(Err(Failure::plain(failure)));
     }
     residual.add_to_owners()?;
     let mut right_hand_side = residual.owned().to_vec();
     let completed = problem.complete(&mut right_hand_side);
     if let Some(failure) = not_evaluated(completed, problem)? {
-        return Ok(Err(failure));
+        return Ok(Err(Failure::plain(failure)));
     }
     if problem.interrupted {
-        return Ok(Err("the run was asked to stop".into()));
+        return Ok(Err(Failure::plain("the run was asked to stop".into())));
     }
     let matrix = solver.newton.matrix_mut();
     matrix.zero()?;
     let added = problem.add_tangent(&zero, matrix, Some(lift.local_mut()));
     if let Some(failure) = not_evaluated(added, problem)? {
-        return Ok(Err(failure));
+        return Ok(Err(Failure::plain(failure)));
     }
     matrix.assemble()?;
     lift.add_to_owners()?;
@@ -213,7 +225,10 @@ fn open<C: Fields<D, N>, const D: usize, const N: usize>(
     let mut increments = vec![0.0; owned];
     let solved = solver.newton.linear_solve(&right_hand_side, &mut increments)?;
     if !solved.converged {
-        return Ok(Err(format!("the opening linear solve failed: {}", solved.reason)));
+        return Ok(Err(Failure {
+            linear: true,
+            ..Failure::plain(format!("the opening linear solve failed: {}", solved.reason))
+        }));
     }
     for (index, value) in increments
         .iter_mut()

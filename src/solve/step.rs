@@ -5,7 +5,7 @@ use super::balance::{LARGEST_IMBALANCE, imbalance, share_points};
 use super::convergence::IterationRecord;
 use super::equilibrium::Equilibrium;
 use super::schedule::Schedule;
-use super::settings::{SolverSettings, Stage};
+use super::settings::{SolverMethod, SolverSettings, Stage};
 use super::state::AnalysisState;
 use crate::assembly::kernel::Workspace;
 use crate::assembly::model::{Model, StepSystem};
@@ -164,6 +164,15 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         Ok(())
     }
 
+    /// Gives up an iterative linear solver that was not asked for. Returns whether there was one.
+    fn change_to_direct(&mut self) -> Result<bool, Error> {
+        let changed = self.settings.method == SolverMethod::Auto && self.session.fall_back_to_direct()?;
+        if changed {
+            self.solver = None;
+        }
+        Ok(changed)
+    }
+
     /// Attempts the next step of a schedule until one is solved: with the line search of the options, then with the
     /// other kind, then with half the step. Moves the schedule on.
     fn solve_step(
@@ -199,6 +208,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
                     schedule.accept(solution.iterations);
                     return Ok(solution);
                 }
+                Err(Failure { linear: true, .. }) if self.change_to_direct()? => {}
                 Err(Failure {
                     search_matters: true, ..
                 }) if search == Search::Configured => {

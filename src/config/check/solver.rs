@@ -1,10 +1,10 @@
 //! Stages, tolerances, solver and stabilisation.
 
 use super::Check;
-use crate::config::file::{AdaptiveKeys, GhostScalingName, PartitionerName};
+use crate::config::file::{AdaptiveKeys, GhostScalingName, PartitionerName, SolverMethodName};
 use crate::config::path::Path;
 use crate::grid::ghost::{GhostScaling, GhostSettings};
-use crate::solve::settings::{Adaptive, PartitionerKind, SolverSettings, Stage};
+use crate::solve::settings::{Adaptive, PartitionerKind, SolverMethod, SolverSettings, Stage};
 
 const MAXIMUM_HALVINGS: u32 = 40;
 
@@ -88,6 +88,11 @@ impl Check<'_> {
             energy_tolerance: keys.energy_tolerance,
             return_map_tolerance: keys.return_map_tolerance,
             max_iterations: keys.max_iterations,
+            method: match keys.method {
+                SolverMethodName::Auto => SolverMethod::Auto,
+                SolverMethodName::Direct => SolverMethod::Direct,
+                SolverMethodName::Iterative => SolverMethod::Iterative,
+            },
             partitioner: match keys.partitioner {
                 PartitionerName::Auto => PartitionerKind::Auto,
                 PartitionerName::Metis => PartitionerKind::Metis,
