@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use rustix::fs::FallocateFlags;
 use rustix::io::Errno;
+use rustix::process::{Resource, getrlimit};
 
 use crate::error::Error;
 
@@ -125,6 +126,13 @@ fn write_synced(path: &Path, content: &[u8]) -> io::Result<()> {
 
 /// Claims space on disk behind the first `from` bytes of a file, so that a full disk is found before anything is written.
 pub(super) fn claim_space(file: &fs::File, from: u64, bytes: u64) -> io::Result<()> {
+    // Not every file system compares a reservation with the limit on the size of files (`ulimit -f`).
+    if getrlimit(Resource::Fsize)
+        .current
+        .is_some_and(|limit| from + bytes > limit)
+    {
+        return Err(Errno::FBIG.into());
+    }
     match rustix::fs::fallocate(file, FallocateFlags::KEEP_SIZE, from, bytes) {
         // Some network file systems cannot reserve; then the writer finds out.
         Ok(()) | Err(Errno::OPNOTSUPP | Errno::NOSYS) => Ok(()),
