@@ -15,7 +15,9 @@ schema = reader.load(schema_file)
 jsonschema.Draft202012Validator.check_schema(schema)
 validator = jsonschema.Draft202012Validator(schema)
 
-good = sorted([*pathlib.Path("configs").rglob("*.yaml"), *pathlib.Path("tests/good_input").glob("*.yaml")])
+# Studies have keys of their own.
+scenes = [file for file in pathlib.Path("configs").rglob("*.yaml") if "studies" not in file.parts]
+good = sorted([*scenes, *pathlib.Path("tests/good_input").glob("*.yaml")])
 for file in good:
     text = file.read_text()
     problem = jsonschema.exceptions.best_match(validator.iter_errors(reader.load(text)))
