@@ -5,13 +5,13 @@
 //! 1. [`continuum`]: unknowns at one point become strains, stresses become forces. No mesh, no rank.
 //! 2. [`material`]: constitutive laws, from strain and old state to stress, new state and moduli.
 //! 3. [`parallel`]: what ranks say to each other; who owns which key.
-//! 4. [`grid`]: the background grid, its regions, basis functions and ghost penalty.
+//! 4. [`grid`]: the background grid, its regions, basis functions (hats, GIMPM, B-splines) and ghost penalty.
 //! 5. [`points`]: the body, arrays of what material points carry; seeding, search, migration.
-//! 6. [`condition`]: prescribed increments, penalties and loads.
+//! 6. [`condition`]: prescribed increments, weak conditions on points, dead loads and follower pressure.
 //! 7. [`assembly`]: points and grid become residual and tangent; the only hot loop.
 //! 8. [`petsc`]: matrix, vectors, Newton's method and partitioning, made safe; the only module with `unsafe` code.
-//! 9. [`solve`]: a load step, attempted, accepted or cut.
-//! 10. [`output`]: the files and lines that a run leaves behind.
+//! 9. [`solve`]: a load step, attempted, accepted or cut; equal steps, or steps that follow the iterations.
+//! 10. [`output`]: the files and lines that a run leaves behind, checkpoints among them.
 //! 11. [`verification`]: problems with a known solution, and how far a run is from it.
 //! 12. [`scene`] and [`config`]: a valid scene, and how the text of a user becomes one.
 //! 13. [`report`]: the page and the figures of a result folder, read from its files.
@@ -59,3 +59,13 @@ mod extend_material {}
 #[cfg(doctest)]
 #[doc = include_str!("../docs/extend/condition.md")]
 mod extend_condition {}
+
+/// The example of the page is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/extend/basis.md")]
+mod extend_basis {}
+
+/// The example of the page is a test.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/extend/output.md")]
+mod extend_output {}

@@ -1,6 +1,8 @@
 //! The pages under docs and the README against what is there: links, commands, keys of the configuration, and the Python
 //! code of the tour on the results of a short run.
 
+#[path = "documentation/commands.rs"]
+mod commands;
 #[path = "documentation/keys.rs"]
 mod keys;
 
@@ -326,4 +328,36 @@ fn the_python_code_of_the_tour_runs() {
             "{script} draws nothing"
         );
     }
+}
+
+/// Every command of the pages: short ones are run as they stand, of the others the configuration is checked. What stands in a
+/// block of text behind a command and begins with `error:` is what the command prints.
+#[test]
+fn commands_of_the_pages_do_what_they_say() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("commands");
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).expect("a folder can be made");
+    std::os::unix::fs::symlink(root().join("configs"), folder.join("configs")).expect("a link can be made");
+    // The tour first: later pages read the results that it leaves.
+    let pages = [
+        "tour",
+        "study",
+        "results",
+        "lean",
+        "parallel",
+        "cluster",
+        "performance",
+        "stability",
+        "introduction",
+    ];
+    let pages = pages.map(|page| format!("docs/{page}.md"));
+    let mut done = std::collections::HashSet::new();
+    for page in pages.iter().map(String::as_str).chain(["README.md"]) {
+        for command in commands::of(&read(page)) {
+            if done.insert(command.arguments()) {
+                command.hold(page, Path::new(env!("CARGO_BIN_EXE_mpm-petsc")), &folder);
+            }
+        }
+    }
+    assert!(done.len() > 25, "only {} commands were found", done.len());
 }

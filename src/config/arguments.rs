@@ -9,6 +9,11 @@ use std::path::PathBuf;
 #[derive(Debug, Parser)]
 #[command(name = "mpm-petsc", about, disable_version_flag = true)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+#[command(
+    after_help = "Exit codes: 0 done; 1 failure of the machine, a file or the program; 2 wrong command line, configuration \
+                        or restart; 3 no equilibrium with the smallest step, or a run of a study failed; 4 ended by a signal, \
+                        `--restart` goes on."
+)]
 struct CommandLine {
     #[command(subcommand)]
     command: Option<CommandName>,
@@ -121,6 +126,18 @@ pub enum Command {
     Version,
 }
 
+/// What to do, for those who call the program without anything.
+const FIRST_STEPS: &str = "\
+error: no configuration is given; to begin:
+
+  mpm-petsc init                list templates
+  mpm-petsc init slope          write slope.yaml into this folder
+  mpm-petsc check slope.yaml
+  mpm-petsc slope.yaml          run it; results and report.html go to results/slope
+
+All commands and options: mpm-petsc --help
+";
+
 /// A text to print instead of doing anything.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Exit {
@@ -145,6 +162,13 @@ impl RunArguments {
 /// # Errors
 /// The text and exit code to end with: for help, and for a wrong command line.
 pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Command, Exit> {
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    if arguments.len() < 2 {
+        return Err(Exit {
+            message: FIRST_STEPS.to_owned(),
+            code: 2,
+        });
+    }
     let line = CommandLine::try_parse_from(arguments).map_err(|error| {
         let code = if error.use_stderr() { 2 } else { 0 };
         Exit {

@@ -28,6 +28,9 @@ const PALETTE: [RGBColor; 7] = [
 /// Height of a row of the legend [pixels].
 const LEGEND_ROW: f64 = 20.0;
 
+/// Margin left of the title of the upright axis, which is drawn around the edge of the area of the labels [pixels].
+const LEFT_MARGIN: f64 = 18.0;
+
 type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<Fitted, Fitted>>;
 type Refused = DrawingAreaErrorKind<std::io::Error>;
 
@@ -141,7 +144,7 @@ impl LineChart {
         let label_font = canvas::text(12.0, &INK);
         let widest = y.ticks.iter().map(|(_, label)| text_width(area, label, &label_font));
         let labels = widest.max().unwrap_or(0) + units(34.0);
-        let left = labels + units(10.0);
+        let left = labels + units(LEFT_MARGIN);
         let mut top = units(14.0);
         if !self.title.is_empty() {
             let style = canvas::bold_text(14.0, &INK).pos(Pos::new(HPos::Left, VPos::Top));
@@ -151,7 +154,7 @@ impl LineChart {
         top = self.legend(area, left, top)?;
         let mut chart = ChartBuilder::on(area)
             .margin_top(top)
-            .margin_left(units(10.0))
+            .margin_left(units(LEFT_MARGIN))
             .margin_right(units(22.0))
             .margin_bottom(units(8.0))
             .y_label_area_size(labels)
@@ -300,6 +303,7 @@ fn draw_marker(area: &Area<'_>, marker: Marker, at: (i32, i32), colour: RGBColor
 mod tests {
     use super::*;
     use resvg::tiny_skia::Pixmap;
+    use resvg::usvg;
 
     fn example() -> LineChart {
         let curve = (0..200)
@@ -346,6 +350,48 @@ mod tests {
         assert!(count(PALETTE[0]) > 2000, "pixels of the first curve");
         assert!(count(PALETTE[1]) > 500, "pixels of the second");
         assert!(count(INK) > 2000, "pixels of texts");
+    }
+
+    /// Boxes left, top, right, bottom of all texts [pixels].
+    fn text_boxes(group: &usvg::Group, boxes: &mut Vec<[f32; 4]>) {
+        for node in group.children() {
+            match node {
+                usvg::Node::Group(group) => text_boxes(group, boxes),
+                usvg::Node::Text(text) => {
+                    let found = text.abs_bounding_box();
+                    boxes.push([found.left(), found.top(), found.right(), found.bottom()]);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    #[test]
+    fn texts_stay_on_the_canvas_and_keep_a_distance() {
+        let names = ["bspline2, 200 steps", "GIMPM, 50 steps", "MPM", "FEM 64 × 1 × 1"];
+        let points = vec![(1.0, 0.02), (20.0, 0.3)];
+        let series = names.map(|name| Series::new(name, points.clone()).marked(Marker::Circle));
+        let y = Axis::new("error of force_curve", "").log();
+        let chart = LineChart::new("Title", Axis::new("processor time", "s").log(), y, series.to_vec());
+        let options = usvg::Options {
+            fontdb: canvas::fonts(),
+            ..Default::default()
+        };
+        let tree = usvg::Tree::from_str(&chart.svg().unwrap(), &options).unwrap();
+        let mut boxes = Vec::new();
+        text_boxes(tree.root(), &mut boxes);
+        assert!(boxes.len() > 10, "{} texts", boxes.len());
+        for (number, one) in boxes.iter().enumerate() {
+            assert!(
+                one[0] > 1.0 && one[1] > 1.0 && one[2] < 719.0 && one[3] < 449.0,
+                "{one:?}"
+            );
+            for other in &boxes[..number] {
+                let apart = (one[0] - other[2]).max(other[0] - one[2]);
+                let above = (one[1] - other[3]).max(other[1] - one[3]);
+                assert!(apart > 4.0 || above > 0.0, "{one:?} touches {other:?}");
+            }
+        }
     }
 
     #[test]
