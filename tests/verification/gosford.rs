@@ -25,7 +25,10 @@ const FORCE: f64 = 0.02;
 const PEAK: [f64; 2] = [0.6e-3, 0.72e-3];
 
 fn interpolate(places: &[f64], values: &[f64], place: f64) -> f64 {
-    let after = places.iter().position(|&other| other >= place).expect("within the curve");
+    let after = places
+        .iter()
+        .position(|&other| other >= place)
+        .expect("within the curve");
     let share = (place - places[after - 1]) / (places[after] - places[after - 1]);
     values[after - 1] + share * (values[after] - values[after - 1])
 }
@@ -52,14 +55,29 @@ fn the_force_rises_to_the_peak_of_finite_elements() {
         let place = number(point, "shortening");
         let name = format!("force at {:.2} mm", 1e3 * place);
         let allowed = FORCE * peak.number("force");
-        comparison.within(&name, interpolate(&shortening, &force, place), number(point, "force"), allowed);
+        comparison.within(
+            &name,
+            interpolate(&shortening, &force, place),
+            number(point, "force"),
+            allowed,
+        );
     }
-    let largest = (0..force.len()).max_by(|&a, &b| force[a].total_cmp(&force[b])).expect("steps");
+    let largest = (0..force.len())
+        .max_by(|&a, &b| force[a].total_cmp(&force[b]))
+        .expect("steps");
     comparison.relative("peak", force[largest], peak.number("force"), FORCE);
     let [before, after] = PEAK;
     let middle = 0.5 * (before + after);
-    comparison.within("shortening at the peak", shortening[largest], middle, 0.5 * (after - before));
+    comparison.within(
+        "shortening at the peak",
+        shortening[largest],
+        middle,
+        0.5 * (after - before),
+    );
     comparison.finish();
-    assert!(force[force.len() - 1] < force[largest], "the force falls behind its peak");
+    assert!(
+        force[force.len() - 1] < force[largest],
+        "the force falls behind its peak"
+    );
     assert!(history.last("damage_max") > 0.04, "{}", history.last("damage_max"));
 }
