@@ -378,5 +378,5 @@ output:
     }
     comparison.within("end_x", together.last("end_x"), alone.last("end_x"), 1e-13);
     comparison.finish();
-    assert!(alone.last("base") > 1e4, "{}", alone.last("base"));
+    assert!(alone.last("base") > 1e3, "{}", alone.last("base"));
 }
