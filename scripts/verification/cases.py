@@ -12,6 +12,7 @@ from .pictures import Curves, Points
 from .quantities import (
     axis_inclination,
     band_width,
+    dissipated_work,
     full_turn,
     hardening_slope,
     length,
@@ -1374,6 +1375,142 @@ def elastoplastic_collapse():
     )
 
 
+# Sandstone ------------------------------------------------------------------------------------------------------------
+
+SANDSTONE = "gosford_plane_strain"
+ORDERS = {2: SANDSTONE, 3: f"{SANDSTONE} grid.basis=bspline3", 1: f"{SANDSTONE} grid.basis=bspline1"}
+COARSER = f"{SANDSTONE} grid.cells=[40,53] bodies.0.points_per_cell=3"
+MORE_POINTS = f"{SANDSTONE} bodies.0.points_per_cell=3"
+# Behind the peak, with the band fully formed [m].
+BEHIND = 1.2e-3
+
+
+def sandstone_force(run, shortening):
+    """Force of the platen at a shortening [N per m of thickness]."""
+    return numpy.interp(shortening, -run["shortening"], -run["reaction"])
+
+
+def sandstone_peak(run):
+    return (-run["reaction"]).max()
+
+
+def sandstone_curve(scene):
+    return lambda runs: (-1e3 * runs[scene]["shortening"][2:], -1e-6 * runs[scene]["reaction"][2:])
+
+
+def against_order_two(name, scene, peak=0.02, behind=0.05):
+    """Checks of peak and post-peak force against those of order 2 with 80 x 160 points."""
+    return [
+        second_road("peak", sandstone_peak, SANDSTONE, scene, peak, name),
+        second_road("force at 1.2 mm", lambda run: sandstone_force(run, BEHIND), SANDSTONE, scene, behind, name),
+    ]
+
+
+def gosford():
+    expected = reference(SANDSTONE)
+    peak = expected["peak"]["force"]
+    checks = [
+        Check(
+            f"order 2: force at {1e3 * point['shortening']:.2f} mm",
+            lambda runs, place=point["shortening"]: sandstone_force(runs[SANDSTONE], place),
+            "finite elements, 8 x 16 of order 2",
+            point["force"],
+            absolute=0.02 * peak,
+            unit="kN/mm",
+            scale=1e-6,
+        )
+        for point in expected["curve"]
+    ]
+    checks += [
+        Check(
+            f"order {order}: peak",
+            lambda runs, scene=scene: sandstone_peak(runs[scene]),
+            "finite elements, 8 x 16 of order 2",
+            peak,
+            relative=0.02,
+            unit="kN/mm",
+            scale=1e-6,
+        )
+        for order, scene in ORDERS.items()
+    ]
+    checks += [
+        Check(
+            f"order {order}: force at 1.2 mm",
+            lambda runs, scene=scene: sandstone_force(runs[scene], BEHIND),
+            unit="kN/mm",
+            scale=1e-6,
+        )
+        for order, scene in ORDERS.items()
+    ]
+    checks += against_order_two("order 3", ORDERS[3])
+    checks += [
+        Check(
+            "order 1 over order 2: force at 1.2 mm",
+            lambda runs: sandstone_force(runs[ORDERS[1]], BEHIND) / sandstone_force(runs[SANDSTONE], BEHIND),
+            "Neuner et al. (2024), section 3.2: too ductile",
+            low=1.05,
+            digits=3,
+        ),
+        second_road(
+            "dissipated work up to 1.2 mm",
+            lambda run: dissipated_work(run, BEHIND),
+            SANDSTONE,
+            COARSER,
+            0.05,
+            "40 x 53 instead of 60 x 80 cells",
+        ),
+        Check(
+            "order 2: inclination of the band, which falls to the right",
+            lambda runs: 180.0 - axis_inclination(runs[SANDSTONE]),
+            "a diagonal band; the specimen's own is 63",
+            low=45.0,
+            high=65.0,
+            unit="degrees",
+            digits=3,
+        ),
+    ]
+    curves = [(f"order {order}", sandstone_curve(scene)) for order, scene in ORDERS.items()]
+    curves.append(("order 2, 40 x 53 cells", sandstone_curve(COARSER)))
+    points = expected["curve"]
+    marks = [("finite elements", lambda: (1e3 * listed(points, "shortening"), 1e-6 * listed(points, "force")))]
+    setup = (
+        "A specimen of 40 x 80 mm under 20 MPa of lateral pressure, which follows its moving sides, is shortened by a "
+        "platen that slides but does not turn; a lateral force of 10 N per mm of thickness at its upper right corner "
+        "decides which way the band runs. 60 x 80 cells of 1 mm, 80 x 160 points. Finite elements of that size are not "
+        "converged behind the peak and are compared up to it. Dissipated work: that of the platen less F^2 / (2 k) "
+        "with the first stiffness k."
+    )
+    pictures = [
+        Curves("gosford", "Force of the platen over shortening", "shortening [mm]", "force [kN/mm]", curves, marks),
+        Points("gosford_damage", "Order 2: damage at the end", SANDSTONE, "damage"),
+        Points("gosford_chi", "Order 2: chi at the end", SANDSTONE),
+    ]
+    return Section(
+        "gosford",
+        "Gosford sandstone in plane strain",
+        "Neuner et al. (2024), section 3.2",
+        setup,
+        [*ORDERS.values(), COARSER],
+        checks,
+        pictures,
+    )
+
+
+def gosford_study():
+    finest = "study/gosford_plane_strain_fine"
+    checks = against_order_two("120 x 240 points", MORE_POINTS) + against_order_two("160 x 320 points", finest)
+    setup = "The same with order 2 and more points: neither the peak nor what comes after depends on their number."
+    return Section(
+        "gosford_study",
+        "Gosford sandstone in plane strain: number of points",
+        "Neuner et al. (2024), section 3.2",
+        setup,
+        [SANDSTONE, MORE_POINTS, finest],
+        checks,
+        [],
+    )
+
+
 SECTIONS = [
     manufactured(),
     manufactured_study(),
@@ -1399,4 +1536,6 @@ SECTIONS = [
     column_error_curve(),
     elastic_cantilever(),
     elastoplastic_collapse(),
+    gosford(),
+    gosford_study(),
 ]

@@ -99,3 +99,19 @@ def self_weight_error(run, height, weight):
 def rate(coarse, fine, norm):
     """Order of convergence from halving the cells."""
     return numpy.log2(coarse.summary[norm] / fine.summary[norm])
+
+
+def dissipated_work(run, shortening):
+    """Work of the platen of a compression test up to a shortening, less what the specimen gives back [J per m].
+
+    The recoverable part is that of a spring of the first stiffness, between the steps of 0.05 and 0.2 mm. The work of
+    the lateral pressure is left out: it is that of the bulging sides, which the shortening decides.
+    """
+    place, force = -run["shortening"][1:], -run["reaction"][1:]
+    # After confinement the force is that of another condition, and not in the column: continued from the steps behind.
+    force[0] = force[1] - (force[2] - force[1]) / (place[2] - place[1]) * place[1]
+    kept = place < shortening
+    places = numpy.append(place[kept], shortening)
+    forces = numpy.append(force[kept], numpy.interp(shortening, place, force))
+    stiffness = (numpy.interp(0.2e-3, place, force) - numpy.interp(0.05e-3, place, force)) / 0.15e-3
+    return numpy.trapezoid(forces, places) - forces[-1] ** 2 / (2.0 * stiffness)

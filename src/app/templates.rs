@@ -17,7 +17,7 @@ macro_rules! templates {
 }
 
 /// All templates, each a file of configs/templates.
-pub const TEMPLATES: &[Template] = templates!["biaxial", "slope", "torsion", "cantilever"];
+pub const TEMPLATES: &[Template] = templates!["biaxial", "slope", "torsion", "cantilever", "sandstone"];
 
 impl Template {
     /// What the scene is: the first line of its head.

@@ -336,3 +336,47 @@ fn adaptive_steps_shrink_where_it_is_hard() {
     assert!(sizes[step + 1] < 0.9 * sizes[step], "{sizes:?} {iterations:?}");
     assert_eq!(history.last("load_factor"), 1.0);
 }
+
+/// A second platen that slides takes over from a first one, of which nothing is left among the unknowns: the end is that of
+/// one platen alone.
+#[test]
+fn a_sliding_platen_takes_over_from_another() {
+    let pressed = |platens: &str, stages: &str| {
+        let run = Launch::text(&format!(
+            "
+model: {{kinematics: plane_strain}}
+grid: {{min: [0.0, 0.0], max: [0.03, 0.04], cell_size: 0.01, basis: bspline2}}
+materials:
+  rubber: {{law: elastic, lame_lambda: 8.0e6, shear_modulus: 6.0e6, coupling_modulus: 1.0e6, alpha: 5.0, beta: 40.0, gamma: 100.0}}
+bodies:
+  - {{name: block, material: rubber, shape: {{box: {{min: [0.0, 0.0], max: [0.02, 0.04]}}}}, points_per_cell: 2}}
+boundary:
+  - {{face: y_min, fix: [ux, uy], name: base}}
+{platens}
+stages: [{stages}]
+solver: {{force_tolerance: 1.0e-12}}
+output:
+  history:
+    - {{name: base, reaction: {{boundary: base, component: uy}}}}
+    - {{name: end, mean: displacement, at: {{layer: {{body: block, face: y_max}}}}}}
+"
+        ));
+        run.run().completed().history()
+    };
+    let platen = |keys: &str| {
+        format!(
+            "  - {{selection: {{layer: {{body: block, face: y_max}}}}, rigid: {{free: [ux]}}, penalty: 1.0e9, {keys}}}\n"
+        )
+    };
+    let moved = platen("move: {uy: -2.0e-4}, stage: press");
+    let rest = platen("fix: [uy]");
+    let together = pressed(&(rest + &moved), "{name: rest, steps: 1}, {name: press, steps: 2}");
+    let alone = pressed(&moved, "{name: press, steps: 2}");
+    let mut comparison = Comparison::new("one platen after another");
+    for name in ["base", "end_y"] {
+        comparison.relative(name, together.last(name), alone.last(name), 1e-9);
+    }
+    comparison.within("end_x", together.last("end_x"), alone.last("end_x"), 1e-13);
+    comparison.finish();
+    assert!(alone.last("base") > 1e3, "{}", alone.last("base"));
+}
