@@ -32,7 +32,9 @@ impl Session {
     /// Chooses the linear solver of all systems from now on. Options of the user hold against it one by one; with a
     /// preconditioner of the user's (`-pc_type`) nothing is chosen here.
     pub fn choose_linear_solver(&self, solver: LinearSolver) -> Result<(), PetscError> {
-        let LinearSolver::Iterative { tolerance } = solver else { return Ok(()) };
+        let LinearSolver::Iterative { tolerance } = solver else {
+            return Ok(());
+        };
         if self.has_option(c"-pc_type")? {
             return Ok(());
         }

@@ -89,3 +89,19 @@ fn an_iterative_solver_gives_the_same_history() {
         same_history(name, &run.history(), &direct, TOLERANCE);
     }
 }
+
+/// The iterative solver of the file, alone and on two ranks.
+#[test]
+fn the_iterative_method_gives_the_same_history() {
+    let direct = scenes::block().run().completed().history();
+    for ranks in [1, 2] {
+        let run = scenes::block()
+            .set(&["solver.method=iterative"])
+            .ranks(ranks)
+            .run()
+            .completed();
+        let used = run.summary().text("ordering").to_owned();
+        assert!(!used.contains("MUMPS"), "the summary names {used}");
+        same_history("iterative", &run.history(), &direct, 1e-6);
+    }
+}
