@@ -532,7 +532,8 @@ impl FlowRule {
         corrections: &mut usize,
     ) -> Result<Point<T>, NoSolution> {
         let (mut low, mut high) = ((self.mandel(&trial.isochoric), 0.0), None);
-        let mut ratio = if start.1 > 0.0 { start.1 } else { 1.0 };
+        // The estimate may have run away where it has no root.
+        let mut ratio = if (1e-3..1e3).contains(&start.1) { start.1 } else { 1.0 };
         let mut lowest = f64::INFINITY;
         for _ in 0..MOST_BRACKETINGS {
             let guess = self.shrunk(plastic, &low, ratio);
