@@ -110,7 +110,9 @@ pub fn load<C: Fields<D, N>, const D: usize, const N: usize>(
     };
     let model = &mut built.model;
     model.restore(&state.model);
-    model.points = Points::empty(model.points.state_length);
+    let (state_length, gap_count) = (model.points.state_length, model.points.gap_count);
+    model.points = Points::empty(state_length);
+    model.points.keep_gaps(gap_count);
     model.points.unpack(records);
     if let Some(elements) = &mut model.elements {
         elements.mesh.place_nodes(nodes.into_iter());

@@ -22,8 +22,6 @@ pub struct Active {
     /// Local nodes of each batch and, behind them, of each penalised face.
     cliques: Cliques,
     batches: usize,
-    /// Cliques of batches and faces; those of platens come behind them.
-    on_grid: usize,
     /// Local platens, by boundary, with whether the matrix has a place for them.
     platens: Vec<Platen>,
     /// For each own row the number of blocks in own columns and in columns of other ranks.
@@ -125,7 +123,6 @@ impl Active {
             .enumerate()
             .for_each(|(position, &k)| local[k] = position as u32);
         let mut cliques = cliques(grid, supports(), &keys, &local);
-        let on_grid = cliques.ends.len();
         let platens = cliques.add_platens(platens, &keys, &local);
         let rows = block_rows(world, &cliques, &global, &owners, numbering.first, numbering.owned());
         let own = |column: &&usize| (numbering.first..numbering.first + numbering.owned()).contains(column);
@@ -139,7 +136,6 @@ impl Active {
             total: numbering.total,
             cliques,
             batches: batches.batches.len(),
-            on_grid,
             platens,
             own_blocks,
             other_blocks,
@@ -155,11 +151,6 @@ impl Active {
     /// Local nodes of a penalised face.
     pub fn face_nodes(&self, face: usize) -> &[u32] {
         self.cliques.get(self.batches + face)
-    }
-
-    /// Local nodes that are coupled by platens, of whatever stage.
-    pub fn platen_nodes(&self) -> impl Iterator<Item = &[u32]> {
-        (self.on_grid..self.cliques.ends.len()).map(|index| self.cliques.get(index))
     }
 
     /// Local node of the platen of a boundary, where points of this rank are tied to it.

@@ -242,14 +242,8 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Surface<'_, C, D, N> {
         gaps
     }
 
-    /// Adds the stiffness of the springs. Platens of other stages get zeros: the first assembly fixes the pattern, which
-    /// has to serve them too while the points stay in their cells.
+    /// Adds the stiffness of the springs.
     pub fn add_tie_stiffness(&self, workspace: &mut SurfaceWorkspace, sink: &mut impl Sink) {
-        for nodes in self.active.platen_nodes() {
-            workspace.tangent.clear();
-            workspace.tangent.resize((nodes.len() * N).pow(2), 0.0);
-            sink.add(nodes, &workspace.tangent);
-        }
         for &index in &self.found.tied {
             let batch = &self.batches.batches[index];
             for ties in self.acting.ties.chunk_by(|a, b| a.boundary == b.boundary) {
