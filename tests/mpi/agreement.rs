@@ -67,11 +67,6 @@ fn on_a_collapsing_classical_block() {
 }
 
 #[test]
-fn on_a_softening_band() {
-    ranks_agree(scenes::softening_block, &[2, 3]);
-}
-
-#[test]
 fn where_ranks_have_no_points() {
     ranks_agree(scenes::one_cell, &[2, 3]);
 }

@@ -52,7 +52,7 @@ materials:
 bodies:
   - {{name: beam, material: rubber, shape: {{points: {{file: cloud.csv}}}}}}
 {conditions}
-solver: {{force_tolerance: 1.0e-12, max_iterations: 30}}
+solver: {{force_tolerance: 1.0e-11, max_iterations: 30}}
 "
     ))
     .beside("cloud.csv", &cloud(points))
