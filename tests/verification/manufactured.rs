@@ -38,6 +38,31 @@ fn errors(run: &Run) -> [f64; 4] {
     NORMS.map(|(name, _)| run.summary().number(name))
 }
 
+/// Errors in plane strain on a square of `cells` by `cells`, with as many Gauss points a cell and axis.
+pub fn errors_in_plane(basis: &str, cells: usize, points: usize) -> [f64; 4] {
+    let run = Launch::text(&format!(
+        "
+model: {{kinematics: plane_strain}}
+grid: {{min: [0.0, 0.0], max: [1.0, 1.0], cells: {cells}, basis: {basis}}}
+materials:
+  solid: {{law: elastic, lame_lambda: 15.0e9, shear_modulus: 10.0e9, coupling_modulus: 3.0e9, alpha: 10.0e6, beta: 30.0e6, gamma: 50.0e6}}
+bodies:
+  - {{name: square, material: solid, shape: {{box: {{min: [0.0, 0.0], max: [1.0, 1.0]}}}}, points_per_cell: {points}, placement: gauss}}
+boundary:
+  - {{face: x_min, fix: [ux, uy, rz]}}
+  - {{face: x_max, fix: [ux, uy, rz]}}
+  - {{face: y_min, fix: [ux, uy, rz]}}
+  - {{face: y_max, fix: [ux, uy, rz]}}
+verification: {{manufactured: {{}}}}
+stages: [{{name: load, steps: 1}}]
+solver: {{force_tolerance: 1.0e-12}}
+"
+    ))
+    .run()
+    .completed();
+    errors(&run)
+}
+
 #[test]
 fn body_forces_and_couples_agree_with_the_reference() {
     let moduli = ElasticModuli {
@@ -135,29 +160,7 @@ fn errors_do_not_depend_on_the_number_of_ranks() {
 
 #[test]
 fn rates_in_plane_strain_are_those_of_the_shape_functions() {
-    let [coarse, fine] = [32, 64].map(|cells| {
-        let run = Launch::text(&format!(
-            "
-model: {{kinematics: plane_strain}}
-grid: {{min: [0.0, 0.0], max: [1.0, 1.0], cells: {cells}, basis: linear}}
-materials:
-  solid: {{law: elastic, lame_lambda: 15.0e9, shear_modulus: 10.0e9, coupling_modulus: 3.0e9, alpha: 10.0e6, beta: 30.0e6, gamma: 50.0e6}}
-bodies:
-  - {{name: square, material: solid, shape: {{box: {{min: [0.0, 0.0], max: [1.0, 1.0]}}}}, points_per_cell: 2, placement: gauss}}
-boundary:
-  - {{face: x_min, fix: [ux, uy, rz]}}
-  - {{face: x_max, fix: [ux, uy, rz]}}
-  - {{face: y_min, fix: [ux, uy, rz]}}
-  - {{face: y_max, fix: [ux, uy, rz]}}
-verification: {{manufactured: {{}}}}
-stages: [{{name: load, steps: 1}}]
-solver: {{force_tolerance: 1.0e-12}}
-"
-        ))
-        .run()
-        .completed();
-        errors(&run)
-    });
+    let [coarse, fine] = [32, 64].map(|cells| errors_in_plane("linear", cells, 2));
     println!("errors {coarse:?} and {fine:?}");
     require_rates(&coarse, &fine, [1.95, 1.95, 0.99, 0.99]);
 }

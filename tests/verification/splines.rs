@@ -15,6 +15,7 @@
 use crate::common::compare::{Comparison, same_history};
 use crate::common::launch::{Launch, Run};
 use crate::common::scene::extremes;
+use crate::manufactured::errors_in_plane;
 
 fn order_one_is_linear(scene: impl Fn() -> Launch) {
     let run = |basis: &str| scene().set(&[&format!("grid.basis={basis}")]).run().completed();
@@ -39,35 +40,11 @@ fn order_one_is_the_linear_basis_with_ghost_penalty_in_space() {
     });
 }
 
-/// Error norms on `cells` cells along an edge.
-fn manufactured(order: usize, cells: usize) -> [f64; 4] {
-    let run = Launch::text(&format!(
-        "
-model: {{kinematics: plane_strain}}
-grid: {{min: [0.0, 0.0], max: [1.0, 1.0], cells: {cells}, basis: bspline{order}}}
-materials:
-  solid: {{law: elastic, lame_lambda: 15.0e9, shear_modulus: 10.0e9, coupling_modulus: 3.0e9, alpha: 10.0e6, beta: 30.0e6, gamma: 50.0e6}}
-bodies:
-  - {{name: square, material: solid, shape: {{box: {{min: [0.0, 0.0], max: [1.0, 1.0]}}}}, points_per_cell: 4, placement: gauss}}
-boundary:
-  - {{face: x_min, fix: [ux, uy, rz]}}
-  - {{face: x_max, fix: [ux, uy, rz]}}
-  - {{face: y_min, fix: [ux, uy, rz]}}
-  - {{face: y_max, fix: [ux, uy, rz]}}
-verification: {{manufactured: {{}}}}
-stages: [{{name: load, steps: 1}}]
-solver: {{force_tolerance: 1.0e-12}}
-"
-    ))
-    .run()
-    .completed();
-    ["error_u", "error_theta", "error_sigma", "error_mu"].map(|name| run.summary().number(name))
-}
-
 #[test]
 fn errors_fall_at_the_rates_of_the_order() {
     for order in 1..=3 {
-        let (coarse, fine) = (manufactured(order, 16), manufactured(order, 32));
+        let basis = format!("bspline{order}");
+        let [coarse, fine] = [16, 32].map(|cells| errors_in_plane(&basis, cells, 4));
         let rates: Vec<f64> = coarse
             .iter()
             .zip(fine)
