@@ -490,9 +490,9 @@ impl Planner {
         let arguments = RunArguments {
             config: scene.clone(),
             output: Some(folder.clone()),
-            set: all
-                .iter()
-                .map(|setting| format!("{}={}", setting.key, setting.text))
+            // A report of each run would stand in the times that are compared; what the study sets comes later and holds.
+            set: std::iter::once("output.report=false".to_owned())
+                .chain(all.iter().map(|setting| format!("{}={}", setting.key, setting.text)))
                 .collect(),
             restart: false,
             quiet: false,
