@@ -18,6 +18,7 @@ use mpm_petsc::continuum::Fields;
 use mpm_petsc::continuum::classical::Classical;
 use mpm_petsc::continuum::micropolar::Micropolar;
 use mpm_petsc::grid::basis::Gimp;
+use mpm_petsc::material::Linearisation;
 use mpm_petsc::material::spec::MaterialSpec;
 use mpm_petsc::parallel::World;
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -93,6 +94,7 @@ fn kernel_allocates_nothing<C: Fields<D, N> + Laws, const D: usize, const N: usi
                 &system.active,
                 &model.points,
                 u,
+                Linearisation::Consistent,
                 &mut total,
             )
             .expect("moduli");

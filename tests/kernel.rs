@@ -25,6 +25,7 @@ use mpm_petsc::continuum::classical::Classical;
 use mpm_petsc::continuum::gradient_micropolar::GradientMicropolar;
 use mpm_petsc::continuum::micropolar::Micropolar;
 use mpm_petsc::grid::basis::{BSpline, Basis, Gimp, Linear};
+use mpm_petsc::material::Linearisation;
 use mpm_petsc::material::spec::MaterialSpec;
 use mpm_petsc::parallel::World;
 use std::rc::Rc;
@@ -182,7 +183,15 @@ fn taylor<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         laws, points, ghost, ..
     } = &mut model;
     workspace
-        .add_tangent(laws, &system.batches, &system.active, points, &u, &mut dense)
+        .add_tangent(
+            laws,
+            &system.batches,
+            &system.active,
+            points,
+            &u,
+            Linearisation::Consistent,
+            &mut dense,
+        )
         .unwrap();
     ghost
         .as_ref()

@@ -19,7 +19,7 @@ use crate::continuum::total_length;
 use crate::error::Error;
 use crate::grid::Grid;
 use crate::grid::mesh::MeshFace;
-use crate::material::Components;
+use crate::material::{Components, Linearisation};
 use crate::parallel::World;
 use crate::points::elements::Elements;
 use crate::points::search::Misplaced;
@@ -452,7 +452,8 @@ fn stiffest<C: Fields<D, N>, const D: usize, const N: usize>(
     let (batches, active) = (&system.batches, &system.active);
     // The initial state is in the domain of every law.
     let _ = workspace.add_internal_forces(laws, batches, active, points, &zero, &mut zero.clone());
-    let _ = workspace.add_tangent(laws, batches, active, points, &zero, &mut diagonal);
+    let consistent = Linearisation::Consistent;
+    let _ = workspace.add_tangent(laws, batches, active, points, &zero, consistent, &mut diagonal);
     let mut largest = [0.0f64; 2];
     for (index, entry) in diagonal.entries.iter().enumerate() {
         let kind = usize::from(!C::IS_TRANSLATION[index % N]);

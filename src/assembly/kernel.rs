@@ -11,7 +11,7 @@ use super::Sink;
 use super::active::Active;
 use crate::clock::{Clock, Phase};
 use crate::continuum::{Fields, Flux, Jet, Tangent, UnknownKind};
-use crate::material::{Material, NoSolution};
+use crate::material::{Linearisation, Material, NoSolution};
 use crate::points::Points;
 use crate::points::search::{Batch, Batches};
 use std::rc::Rc;
@@ -164,7 +164,8 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Workspace<C, D, N> {
         Ok(())
     }
 
-    /// Adds the tangent at local increments `u`, whose internal forces were evaluated last.
+    /// Adds the tangent at local increments `u`, whose internal forces were evaluated last. Returns whether points flow on
+    /// in it that do not flow in these forces.
     pub fn add_tangent(
         &mut self,
         laws: &[Box<dyn Material<C>>],
@@ -172,16 +173,18 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Workspace<C, D, N> {
         active: &Active,
         points: &Points<C, D>,
         u: &[f64],
+        linearisation: Linearisation,
         sink: &mut impl Sink,
-    ) -> Result<(), OutOfDomain> {
+    ) -> Result<bool, OutOfDomain> {
         let clock = self.clock.clone();
         let _kernel = clock.enter(Phase::Constitutive);
+        let mut flows_on = false;
         for (index, batch) in batches.batches.iter().enumerate() {
             clock.switch(Phase::Constitutive);
             let nodes = active.batch_nodes(index);
             self.gather(nodes, u);
             self.kinematics(batches, batch, points)?;
-            self.differentiate(laws, batch, points);
+            flows_on |= self.differentiate(laws, batch, points, linearisation);
             clock.switch(Phase::Assembly);
             let width = nodes.len() * N;
             self.tangent.clear();
@@ -194,25 +197,33 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Workspace<C, D, N> {
             }
             sink.add(nodes, &self.tangent);
         }
-        Ok(())
+        Ok(flows_on)
     }
 
-    fn differentiate(&mut self, laws: &[Box<dyn Material<C>>], batch: &Batch<D>, points: &Points<C, D>) {
+    fn differentiate(
+        &mut self,
+        laws: &[Box<dyn Material<C>>],
+        batch: &Batch<D>,
+        points: &Points<C, D>,
+        linearisation: Linearisation,
+    ) -> bool {
+        let mut flows_on = false;
         let length = points.state_length;
         self.tangents
             .resize(self.tangents.len().max(batch.points.len()), Tangent::zero());
         for (local, p) in batch.points.clone().enumerate() {
             let state = p * length..(p + 1) * length;
             let stress = &points.trial_stress[p];
-            laws[points.material[p] as usize].moduli(
-                &self.strains[local],
-                &points.state[state.clone()],
-                &points.trial_state[state],
-                stress,
-                &mut self.moduli,
-            );
+            let law = &laws[points.material[p] as usize];
+            let (old, new) = (&points.state[state.clone()], &points.trial_state[state]);
+            let (strain, moduli) = (&self.strains[local], &mut self.moduli);
+            match linearisation {
+                Linearisation::Consistent => law.moduli(strain, old, new, stress, moduli),
+                Linearisation::Opening => flows_on |= law.opening_moduli(strain, old, new, stress, moduli),
+            }
             C::tangent(&self.frames[local], stress, &self.moduli, &mut self.tangents[local]);
         }
+        flows_on
     }
 }
 

@@ -311,6 +311,33 @@ impl DruckerPrager {
         }
     }
 
+    /// Moduli of a state as one of a branch.
+    fn moduli_of(
+        &self,
+        strain: &MicropolarStrain,
+        old: &[f64],
+        new: &PlasticState,
+        branch: Branch,
+        out: &mut MicropolarModuli,
+    ) {
+        match self.components {
+            Components::Plane => self.moduli_in::<PlaneSet, 10, 4, 4, 6>(strain, old, new, branch, out),
+            Components::Space => self.moduli_in::<SpaceSet, 19, 6, 9, 18>(strain, old, new, branch, out),
+        }
+    }
+
+    /// Whether an elastic response is still where the last step left it on the cone.
+    fn is_about_to_flow(&self, strain: &MicropolarStrain, old: &[f64], new: &PlasticState) -> bool {
+        if new.branch != Branch::Elastic || PlasticState::unpack(old).branch != Branch::Cone {
+            return false;
+        }
+        Trial::new(strain, old).is_ok_and(|trial| {
+            let point = self.stress_point(&trial, &trial.stretch, &trial.wryness);
+            let tolerance = self.yield_tolerance(new.chi, point.shear);
+            point.shear > 0.0 && self.yield_value(&point, new.chi) >= -tolerance
+        })
+    }
+
     /// Moduli of an elastic point: `dB = B(dU Fp^-1) Fp^-T`.
     fn elastic_moduli<A: ActiveSet>(&self, inverse_plastic: &Matrix3<f64>, out: &mut MicropolarModuli) {
         let g = inverse_plastic;
@@ -339,9 +366,10 @@ impl DruckerPrager {
         strain: &MicropolarStrain,
         old: &[f64],
         new: &PlasticState,
+        branch: Branch,
         out: &mut MicropolarModuli,
     ) {
-        let found = match new.branch {
+        let found = match branch {
             Branch::Elastic => None,
             Branch::Cone => Trial::new(strain, old)
                 .ok()
@@ -434,10 +462,22 @@ impl Material<Micropolar> for DruckerPrager {
         out: &mut MicropolarModuli,
     ) {
         let new = PlasticState::unpack(new);
-        match self.components {
-            Components::Plane => self.moduli_in::<PlaneSet, 10, 4, 4, 6>(strain, old, &new, out),
-            Components::Space => self.moduli_in::<SpaceSet, 19, 6, 9, 18>(strain, old, &new, out),
-        }
+        self.moduli_of(strain, old, &new, new.branch, out);
+    }
+
+    fn opening_moduli(
+        &self,
+        strain: &MicropolarStrain,
+        old: &[f64],
+        new: &[f64],
+        _stress: &MicropolarStress,
+        out: &mut MicropolarModuli,
+    ) -> bool {
+        let new = PlasticState::unpack(new);
+        let flows_on = self.is_about_to_flow(strain, old, &new);
+        let branch = if flows_on { Branch::Cone } else { new.branch };
+        self.moduli_of(strain, old, &new, branch, out);
+        flows_on
     }
 
     fn local_iterations(&self, strain: &MicropolarStrain, old: &[f64]) -> usize {

@@ -149,6 +149,25 @@ impl HenckyPlasticity {
             components,
         }
     }
+
+    /// Moduli as those of the branch that is chosen from that of the response, the state before it and the trial.
+    fn moduli_of(
+        &self,
+        strain: &ClassicalStrain,
+        old: &[f64],
+        new: &[f64],
+        choose: impl FnOnce(Branch, &MetricState, &LogarithmicStrain) -> Branch,
+        out: &mut ClassicalModuli,
+    ) {
+        let (old, new) = (MetricState::unpack(old), MetricState::unpack(new));
+        // A strain that had a response has a logarithm.
+        if let Ok(trial) = LogarithmicStrain::new(&strain.deformation_gradient, &old.inverse_plastic_metric) {
+            let branch = choose(new.branch, &old, &trial);
+            let (volumetric, equivalent) = (trial.volumetric, trial.equivalent);
+            let rates = self.map.rates(branch, volumetric, equivalent, [old.chi, new.chi]);
+            trial.moduli(&rates, self.components, out);
+        }
+    }
 }
 
 impl Material<Classical> for HenckyPlasticity {
@@ -191,13 +210,27 @@ impl Material<Classical> for HenckyPlasticity {
         _stress: &ClassicalStress,
         out: &mut ClassicalModuli,
     ) {
-        let (old, new) = (MetricState::unpack(old), MetricState::unpack(new));
-        // A strain that had a response has a logarithm.
-        if let Ok(trial) = LogarithmicStrain::new(&strain.deformation_gradient, &old.inverse_plastic_metric) {
-            let (volumetric, equivalent) = (trial.volumetric, trial.equivalent);
-            let rates = self.map.rates(new.branch, volumetric, equivalent, [old.chi, new.chi]);
-            trial.moduli(&rates, self.components, out);
-        }
+        self.moduli_of(strain, old, new, |branch, _, _| branch, out);
+    }
+
+    fn opening_moduli(
+        &self,
+        strain: &ClassicalStrain,
+        old: &[f64],
+        new: &[f64],
+        _stress: &ClassicalStress,
+        out: &mut ClassicalModuli,
+    ) -> bool {
+        let mut flows_on = false;
+        let branch = |branch, state: &MetricState, trial: &LogarithmicStrain| {
+            // Still where the last step left it on the cone.
+            flows_on = branch == Branch::Elastic
+                && state.branch == Branch::Cone
+                && self.map.is_on_cone(trial.volumetric, trial.equivalent, state.chi);
+            if flows_on { Branch::Cone } else { branch }
+        };
+        self.moduli_of(strain, old, new, branch, out);
+        flows_on
     }
 }
 

@@ -38,6 +38,15 @@ pub struct NoSolution {
     pub residual: f64,
 }
 
+/// Which derivative of the stress a tangent is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Linearisation {
+    /// That at the strain: [`Material::moduli`].
+    Consistent,
+    /// That for the opening solve of a step: [`Material::opening_moduli`].
+    Opening,
+}
+
 /// A constitutive law. Pure: same inputs, same outputs; `old` is the accepted state.
 pub trait Material<C: Continuum>: Send + Sync {
     /// The state that a point carries, by name.
@@ -55,6 +64,20 @@ pub trait Material<C: Continuum>: Send + Sync {
     /// Consistent moduli at a strain whose response `new`, `stress` is known: no second return map.
     /// Overwrites the components that are active.
     fn moduli(&self, strain: &C::Strain, old: &[f64], new: &[f64], stress: &C::Stress, out: &mut C::Moduli);
+    /// Moduli for the solve that opens a step, at the strain where the last step ended: a point that this step left on
+    /// the yield surface is taken to flow on, although its response to no change of strain is elastic. Returns whether
+    /// these are other than [`Self::moduli`].
+    fn opening_moduli(
+        &self,
+        strain: &C::Strain,
+        old: &[f64],
+        new: &[f64],
+        stress: &C::Stress,
+        out: &mut C::Moduli,
+    ) -> bool {
+        self.moduli(strain, old, new, stress, out);
+        false
+    }
     /// How many iterations of its local problem the law takes to respond; none where the answer has a closed form.
     fn local_iterations(&self, _strain: &C::Strain, _old: &[f64]) -> usize {
         0

@@ -38,7 +38,7 @@ mod tensor;
 
 use super::elastic::require_finite;
 use super::spec::{SandstoneDamage, SandstoneParameters};
-use super::{Components, Material, NoSolution};
+use super::{Components, Linearisation, Material, NoSolution};
 use crate::continuum::Variable;
 use crate::continuum::gradient_micropolar::{
     GradientMicropolar, GradientMicropolarModuli, GradientMicropolarStrain, GradientMicropolarStress,
@@ -265,19 +265,20 @@ impl Sandstone {
             .map_or(0, |flow| flow.corrections)
     }
 
-    /// Moduli at `alpha` with damage `omega`, and its derivative.
+    /// Moduli at `alpha` with damage `omega`, and its derivative. Returns whether they are those of a point that flows on.
     fn moduli_any(
         &self,
         strain: &MicropolarStrain,
         old: &[f64],
         new: &[f64],
         damage: (f64, f64),
+        linearisation: Linearisation,
         out: &mut GradientMicropolarModuli,
-    ) {
+    ) -> bool {
         let (old, new) = (SandstoneState::unpack(old), SandstoneState::unpack(new));
         match self.components {
-            Components::Plane => self.moduli_in::<PlaneTensor, 5, 5>(strain, &old, &new, damage, out),
-            Components::Space => self.moduli_in::<Matrix3<f64>, 9, 10>(strain, &old, &new, damage, out),
+            Components::Plane => self.moduli_in::<PlaneTensor, 5, 5>(strain, &old, &new, damage, linearisation, out),
+            Components::Space => self.moduli_in::<Matrix3<f64>, 9, 10>(strain, &old, &new, damage, linearisation, out),
         }
     }
 }
@@ -320,10 +321,18 @@ impl Material<GradientMicropolar> for Sandstone {
         _stress: &GradientMicropolarStress,
         out: &mut GradientMicropolarModuli,
     ) {
-        let damage = damage(self.parameters.damage.as_ref(), strain.alpha);
-        self.moduli_any(&strain.micropolar, old, new, damage, out);
-        out.source_alpha = 1.0;
-        out.flux_gradient = self.conductivity();
+        self.gradient_moduli(strain, old, new, Linearisation::Consistent, out);
+    }
+
+    fn opening_moduli(
+        &self,
+        strain: &GradientMicropolarStrain,
+        old: &[f64],
+        new: &[f64],
+        _stress: &GradientMicropolarStress,
+        out: &mut GradientMicropolarModuli,
+    ) -> bool {
+        self.gradient_moduli(strain, old, new, Linearisation::Opening, out)
     }
 
     fn local_iterations(&self, strain: &GradientMicropolarStrain, old: &[f64]) -> usize {
@@ -332,6 +341,34 @@ impl Material<GradientMicropolar> for Sandstone {
 }
 
 impl Sandstone {
+    fn gradient_moduli(
+        &self,
+        strain: &GradientMicropolarStrain,
+        old: &[f64],
+        new: &[f64],
+        linearisation: Linearisation,
+        out: &mut GradientMicropolarModuli,
+    ) -> bool {
+        let damage = damage(self.parameters.damage.as_ref(), strain.alpha);
+        out.source_alpha = 1.0;
+        out.flux_gradient = self.conductivity();
+        self.moduli_any(&strain.micropolar, old, new, damage, linearisation, out)
+    }
+
+    fn micropolar_moduli(
+        &self,
+        strain: &MicropolarStrain,
+        old: &[f64],
+        new: &[f64],
+        linearisation: Linearisation,
+        out: &mut MicropolarModuli,
+    ) -> bool {
+        let mut all = GradientMicropolarModuli::default();
+        let flows_on = self.moduli_any(strain, old, new, (0.0, 0.0), linearisation, &mut all);
+        *out = all.micropolar;
+        flows_on
+    }
+
     /// `l_d^2` [m2].
     fn conductivity(&self) -> f64 {
         self.parameters.damage.map_or(0.0, |damage| damage.length.powi(2))
@@ -365,9 +402,18 @@ impl Material<Micropolar> for Sandstone {
         _stress: &MicropolarStress,
         out: &mut MicropolarModuli,
     ) {
-        let mut all = GradientMicropolarModuli::default();
-        self.moduli_any(strain, old, new, (0.0, 0.0), &mut all);
-        *out = all.micropolar;
+        self.micropolar_moduli(strain, old, new, Linearisation::Consistent, out);
+    }
+
+    fn opening_moduli(
+        &self,
+        strain: &MicropolarStrain,
+        old: &[f64],
+        new: &[f64],
+        _stress: &MicropolarStress,
+        out: &mut MicropolarModuli,
+    ) -> bool {
+        self.micropolar_moduli(strain, old, new, Linearisation::Opening, out)
     }
 
     fn local_iterations(&self, strain: &MicropolarStrain, old: &[f64]) -> usize {

@@ -9,6 +9,7 @@ use crate::condition::Time;
 use crate::condition::load::{add_external_forces, add_face_forces};
 use crate::continuum::Fields;
 use crate::error::Error;
+use crate::material::Linearisation;
 use crate::petsc::{
     BACKTRACKING, End, Evaluate, FULL_STEPS, GhostVector, Layout, Newton, Nonlinear, PetscError, Session,
 };
@@ -29,6 +30,36 @@ pub enum Search {
     /// Backtracking where full steps are configured, full steps otherwise. The norm of the residual is a poor guide
     /// where forces and couples, stiff and soft directions meet: it makes a line search reject steps that are right.
     Other,
+}
+
+/// How an attempt goes about a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Approach {
+    /// Tangent of the solve that opens the step.
+    pub opening: Linearisation,
+    pub search: Search,
+}
+
+impl Approach {
+    /// Points that flowed in the last step are taken to flow on: mostly they do, and the iteration starts close to where
+    /// it ends. Under a load near its limit that tangent is almost singular and leads astray.
+    pub const FIRST: Self = Self {
+        opening: Linearisation::Opening,
+        search: Search::Configured,
+    };
+
+    /// What to try after a failure, before the step is made smaller.
+    pub fn next(self, failure: &Failure) -> Option<Self> {
+        if failure.flowed_on {
+            let opening = Linearisation::Consistent;
+            Some(Self { opening, ..self })
+        } else if failure.search_matters && self.search == Search::Configured {
+            let search = Search::Other;
+            Some(Self { search, ..self })
+        } else {
+            None
+        }
+    }
 }
 
 /// What an attempt came to.
@@ -59,6 +90,8 @@ pub struct Failure {
     pub search_matters: bool,
     /// Whether a linear system was not solved.
     pub linear: bool,
+    /// Whether the step was opened with points that flow on, and not with the tangent of its residual.
+    pub flowed_on: bool,
 }
 
 impl Failure {
@@ -68,6 +101,7 @@ impl Failure {
             reason,
             search_matters: false,
             linear: false,
+            flowed_on: false,
         }
     }
 }
@@ -86,14 +120,18 @@ impl Solver {
     }
 }
 
-/// Solves a step from the accepted state of the points, which stays as it is.
+/// Solves a step from the accepted state of the points, which stays as it is; the solver has its line search already.
 pub fn try_step<C: Fields<D, N>, const D: usize, const N: usize>(
     session: &Rc<Session>,
     solver: &mut Solver,
     mut problem: Equilibrium<'_, C, D, N>,
+    opening: Linearisation,
 ) -> Result<Tried, Error> {
-    let mut increments = match open(session, solver, &mut problem)? {
-        Ok(increments) => increments,
+    let Opened {
+        mut increments,
+        flowed_on,
+    } = match open(session, solver, &mut problem, opening)? {
+        Ok(opened) => opened,
         Err(failure) => {
             return Ok(Tried {
                 end: Err(failure),
@@ -120,11 +158,13 @@ pub fn try_step<C: Fields<D, N>, const D: usize, const N: usize>(
             reason: describe_failure(&problem),
             search_matters: true,
             linear: false,
+            flowed_on,
         }),
         End::NotConverged => Err(Failure {
             reason: outcome.reason,
             search_matters: true,
             linear: outcome.linear_failure,
+            flowed_on,
         }),
     };
     Ok(Tried {
@@ -183,12 +223,21 @@ pub fn pressure_forces<C: Fields<D, N>, const D: usize, const N: usize>(
     Ok(forces.owned().to_vec())
 }
 
+/// Where the linear solve that opens a step leads.
+struct Opened {
+    /// Increments of own unknowns.
+    increments: Vec<f64>,
+    /// Whether points flow on in its tangent; the same on every rank.
+    flowed_on: bool,
+}
+
 /// The linear solve that opens a step: `K_ff d = -r_f - K_fc v`, prescribed increments exact.
 fn open<C: Fields<D, N>, const D: usize, const N: usize>(
     session: &Rc<Session>,
     solver: &mut Solver,
     problem: &mut Equilibrium<'_, C, D, N>,
-) -> Result<Result<Vec<f64>, Failure>, Error> {
+    linearisation: Linearisation,
+) -> Result<Result<Opened, Failure>, Error> {
     let owned = solver.layout.owned_length();
     let zero = vec![0.0; solver.layout.local_length()];
     let mut residual = GhostVector::new(session, &solver.layout)?;
@@ -208,8 +257,9 @@ fn open<C: Fields<D, N>, const D: usize, const N: usize>(
     }
     let matrix = solver.newton.matrix_mut();
     matrix.zero()?;
-    let added = problem.add_tangent(&zero, matrix, Some(lift.local_mut()));
-    if let Some(failure) = not_evaluated(added, problem)? {
+    let added = problem.add_tangent(&zero, linearisation, matrix, Some(lift.local_mut()));
+    let flowed_on = problem.world.any(*added.as_ref().unwrap_or(&false));
+    if let Some(failure) = not_evaluated(added.map(drop), problem)? {
         return Ok(Err(Failure::plain(failure)));
     }
     matrix.assemble()?;
@@ -227,6 +277,7 @@ fn open<C: Fields<D, N>, const D: usize, const N: usize>(
     if !solved.converged {
         return Ok(Err(Failure {
             linear: true,
+            flowed_on,
             ..Failure::plain(format!("the opening linear solve failed: {}", solved.reason))
         }));
     }
@@ -237,7 +288,7 @@ fn open<C: Fields<D, N>, const D: usize, const N: usize>(
     {
         *value = prescribed.increment[index];
     }
-    Ok(Ok(increments))
+    Ok(Ok(Opened { increments, flowed_on }))
 }
 
 /// Why an evaluation failed, where that only ends the attempt.

@@ -10,6 +10,7 @@ use crate::assembly::surface::{ActingConditions, Surface, SurfaceWorkspace};
 use crate::condition::dirichlet::Prescribed;
 use crate::continuum::{Fields, UnknownKind};
 use crate::interrupt::Interrupt;
+use crate::material::Linearisation;
 use crate::parallel::World;
 use crate::petsc::{BlockMatrix, Evaluate, Iteration, Nonlinear, PetscError, PetscInt, Verdict};
 
@@ -123,12 +124,14 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
     }
 
     /// Adds the tangent at local increments `u` to a matrix. With `lift`, adds `K_fc v` of the prescribed increments to it.
+    /// Returns whether own points flow on in it that do not flow in the residual.
     pub fn add_tangent(
         &mut self,
         u: &[f64],
+        linearisation: Linearisation,
         matrix: &mut BlockMatrix,
         lift: Option<&mut [f64]>,
-    ) -> Result<(), Evaluate> {
+    ) -> Result<bool, Evaluate> {
         if self.world.any(self.evaluated != u) {
             let mut scratch = vec![0.0; u.len()];
             self.internal_forces(u, &mut scratch)?;
@@ -147,8 +150,9 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
             indices: Vec::new(),
             failure: None,
         };
-        self.workspace
-            .add_tangent(&model.laws, batches, active, &model.points, u, &mut sink)
+        let flows_on = self
+            .workspace
+            .add_tangent(&model.laws, batches, active, &model.points, u, linearisation, &mut sink)
             .map_err(|_| Evaluate::OutOfDomain)?;
         if let Some(ghost) = &model.ghost {
             ghost.add_stiffness(faces, active, &mut sink);
@@ -159,7 +163,7 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
         surface.add_pressure_stiffness(u, &mut scratch, &mut sink);
         let finished = sink.finish(active.owned);
         self.surface_workspace = scratch;
-        finished
+        finished.map(|()| flows_on)
     }
 }
 
@@ -204,7 +208,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Nonlinear for Equilibrium<
     }
 
     fn jacobian(&mut self, u: &[f64], k: &mut BlockMatrix) -> Result<(), Evaluate> {
-        self.add_tangent(u, k, None)
+        self.add_tangent(u, Linearisation::Consistent, k, None).map(drop)
     }
 
     fn test(&mut self, iteration: &Iteration<'_>) -> Verdict {

@@ -1,6 +1,6 @@
 //! The analysis: stages, steps, attempts. A failed attempt leaves no trace in the points.
 
-use super::attempt::{Failure, Search, Solution, Solver, Tried, external_forces, pressure_forces, try_step};
+use super::attempt::{Approach, Failure, Solution, Solver, Tried, external_forces, pressure_forces, try_step};
 use super::balance::{LARGEST_IMBALANCE, imbalance, share_points};
 use super::convergence::IterationRecord;
 use super::equilibrium::Equilibrium;
@@ -173,8 +173,8 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         Ok(changed)
     }
 
-    /// Attempts the next step of a schedule until one is solved: with the line search of the options, then with the
-    /// other kind, then with half the step. Moves the schedule on.
+    /// Attempts the next step of a schedule until one is solved: by one approach after the other, then with half the
+    /// step. Moves the schedule on.
     fn solve_step(
         &mut self,
         system: &StepSystem<D>,
@@ -183,14 +183,14 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         observer: &mut dyn Observer<C, D, N>,
     ) -> Result<Solution, Error> {
         let step = self.counts.steps + 1;
-        let mut search = Search::Configured;
+        let mut approach = Approach::FIRST;
         loop {
             let (from, to) = schedule.next_step().expect("the stage is not done");
             let Tried {
                 end,
                 records,
                 interrupted,
-            } = self.attempt(system, from, to, search)?;
+            } = self.attempt(system, from, to, approach)?;
             if interrupted && end.is_err() {
                 return Err(self.interrupted());
             }
@@ -209,14 +209,11 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
                     return Ok(solution);
                 }
                 Err(Failure { linear: true, .. }) if self.change_to_direct()? => {}
-                Err(Failure {
-                    search_matters: true, ..
-                }) if search == Search::Configured => {
-                    search = Search::Other;
-                }
-                Err(Failure { reason, .. }) => {
-                    search = Search::Configured;
-                    if !schedule.cut() {
+                Err(failure) => {
+                    let next = approach.next(&failure);
+                    approach = next.unwrap_or(Approach::FIRST);
+                    if next.is_none() && !schedule.cut() {
+                        let reason = failure.reason;
                         return Err(Error::Analysis(format!(
                             "stage {}, step {step}: no equilibrium with the smallest step, {:.3e} of the stage after \
                              {:.6}: {reason}",
@@ -346,7 +343,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
     }
 
     /// One attempt at a step from the accepted state.
-    fn attempt(&mut self, system: &StepSystem<D>, from: Time, to: Time, search: Search) -> Result<Tried, Error> {
+    fn attempt(&mut self, system: &StepSystem<D>, from: Time, to: Time, approach: Approach) -> Result<Tried, Error> {
         let clock = self.clock.clone();
         let searching = clock.enter(Phase::Search);
         self.prepare_solver(system)?;
@@ -359,7 +356,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         let pushed = pressure_forces(&self.session, &solver.layout, &self.model, system, &acting)?;
         drop(searching);
         let _solving = clock.enter(Phase::Solve);
-        solver.choose(search)?;
+        solver.choose(approach.search)?;
         let problem = Equilibrium::new(
             &self.world,
             &mut self.model,
@@ -373,7 +370,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
             self.state.peak_force,
             &self.interrupt,
         );
-        let tried = try_step(&self.session, solver, problem)?;
+        let tried = try_step(&self.session, solver, problem, approach.opening)?;
         self.counts.attempts += 1;
         self.counts.newton_iterations += tried.records.len();
         self.counts.nonzeros = solver.newton.matrix().nonzeros()?;

@@ -138,6 +138,13 @@ impl ReturnMap {
         })
     }
 
+    /// Whether a trial that responds elastically lies on the cone.
+    pub fn is_on_cone(&self, volumetric: f64, equivalent: f64, chi: f64) -> bool {
+        let (pressure, shear) = (self.bulk * volumetric, 3.0 * self.shear * equivalent);
+        let overstress = shear + self.plastic.friction_slope * pressure - self.strength(chi);
+        equivalent > 0.0 && self.cone_slope() > 0.0 && overstress >= -self.yield_tolerance(chi, shear)
+    }
+
     /// Multiplier of a flow to the apex.
     fn apex_multiplier(&self, volume_flow: f64, equivalent: f64) -> f64 {
         let beta = self.plastic.dilatancy_slope;

@@ -284,6 +284,14 @@ impl FlowRule {
             .map(|point| point.after(corrections))
     }
 
+    /// An elastic state on the yield surface as one that is about to flow; `None` inside the surface, and for virgin
+    /// material, which has not flowed before.
+    pub fn about_to_flow<T: Tensor>(&self, trial: &Trial<T>) -> Option<Point<T>> {
+        let plastic = self.plastic.as_ref().filter(|_| trial.chi > 0.0)?;
+        let state = self.at(plastic, trial, &self.mandel(&trial.isochoric), 0.0)?;
+        (state.excess >= -plastic.tolerance(state.flow.shear)).then_some(state.point)
+    }
+
     /// The converged state of a step that is known to flow by `multiplier` to the isochoric stretch `v` and
     /// the elastic wryness `wryness`.
     pub fn rebuild<T: Tensor>(&self, trial: &Trial<T>, v: &T, wryness: &Wryness, multiplier: f64) -> Option<Point<T>> {

@@ -16,6 +16,7 @@ use super::{Sandstone, SandstoneState};
 use crate::continuum::gradient_micropolar::GradientMicropolarModuli;
 use crate::continuum::micropolar::MicropolarStrain;
 use crate::continuum::tensor::component;
+use crate::material::Linearisation;
 use crate::material::active::Pair;
 use crate::material::dense::Factors;
 
@@ -53,15 +54,20 @@ impl Sandstone {
         old: &SandstoneState,
         new: &SandstoneState,
         (omega, omega_rate): (f64, f64),
+        linearisation: Linearisation,
         out: &mut GradientMicropolarModuli,
-    ) {
+    ) -> bool {
         // Both exist where the response does.
         let Ok(trial) = self.trial::<T>(strain, old) else {
-            return;
+            return false;
         };
-        let point = self
-            .converged(&trial, strain, old, new)
-            .unwrap_or_else(|| self.flow.elastic(&trial));
+        let converged = self.converged(&trial, strain, old, new);
+        let about_to_flow = match (&converged, linearisation) {
+            (None, Linearisation::Opening) => self.flow.about_to_flow(&trial),
+            _ => None,
+        };
+        let flows_on = about_to_flow.is_some();
+        let point = converged.or(about_to_flow).unwrap_or_else(|| self.flow.elastic(&trial));
         let ratio = point.flow.as_ref().map_or(0.0, |flow| flow.ratio);
         let base = Base {
             trial: &trial,
@@ -97,6 +103,7 @@ impl Sandstone {
                 self.plastic_columns::<T, N, COLUMNS>(&base, flow, plastic, &factors, out)
             }
         }
+        flows_on
     }
 
     /// The state of a step that flowed; `None` for an elastic one.
