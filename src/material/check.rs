@@ -98,6 +98,48 @@ pub fn micropolar(subject: &Subject, situations: &[Situation]) {
     }
 }
 
+/// Where points that flowed are evaluated again, the moduli that open a step are those of a little more flow. Returns
+/// how many points were compared.
+pub fn opening_moduli_are_those_of_further_flow(subject: &Subject, situations: &[Situation]) -> usize {
+    let law = subject.law;
+    let chi: usize = law
+        .state_variables()
+        .iter()
+        .take_while(|variable| variable.name != "chi")
+        .map(|variable| variable.length)
+        .sum();
+    let mut random = Random::new(3);
+    let mut compared = 0;
+    for Situation { strain, old } in situations {
+        let (_, flowed) = answer(law, strain, old, 0.0).expect("an answer");
+        let (stress, again) = answer(law, strain, &flowed, 0.0).expect("an answer");
+        let mut opening = MicropolarModuli::default();
+        let flows_on = law.opening_moduli(strain, &flowed, &again, &stress, &mut opening);
+        let change = random.strain(subject.components, 1e-8, 1e-8 / subject.length);
+        let further = [1.0, -1.0].into_iter().find_map(|sign| {
+            let ahead = MicropolarStrain {
+                stretch: strain.stretch + (change.stretch - Matrix3::identity()) * sign,
+                wryness: strain.wryness + change.wryness * sign,
+            };
+            let (stress, new) = answer(law, &ahead, &flowed, 0.0)?;
+            (new[chi] > flowed[chi]).then_some((ahead, stress, new))
+        });
+        let Some((ahead, stress, new)) = further.filter(|_| flows_on) else {
+            continue;
+        };
+        let mut moduli = MicropolarModuli::default();
+        law.moduli(&ahead, &flowed, &new, &stress, &mut moduli);
+        assert_eq!(opening.coupled, moduli.coupled);
+        let direction = random.strain(subject.components, 1.0, 1.0 / subject.length);
+        let [left, right] = [&opening, &moduli].map(|moduli| predicted(moduli, subject.components, &direction));
+        let size = norm(&right, subject.components, subject.length);
+        let error = norm(&difference(&left, &right), subject.components, subject.length);
+        assert!(error < 1e-4 * size, "{error:e} of {size:e}");
+        compared += 1;
+    }
+    compared
+}
+
 fn initial(law: &dyn Material<Micropolar>) -> Vec<f64> {
     let mut state = vec![f64::NAN; total_length(law.state_variables())];
     law.initial_state(&mut state);

@@ -154,18 +154,24 @@ fn collect(
     panic!("only {} situations of {wanted}", found.len());
 }
 
-fn check_all(law: &DruckerPrager, step: f64, found: &[(MicropolarStrain, Vec<f64>)]) {
-    let subject = Subject {
+fn subject(law: &DruckerPrager, step: f64) -> Subject<'_> {
+    Subject {
         law,
         components: law.components,
         length: LENGTH,
         step,
-    };
-    let situations: Vec<_> = found
+    }
+}
+
+fn situations(found: &[(MicropolarStrain, Vec<f64>)]) -> Vec<Situation<'_>> {
+    found
         .iter()
         .map(|(strain, old)| Situation { strain: *strain, old })
-        .collect();
-    check::micropolar(&subject, &situations);
+        .collect()
+}
+
+fn check_all(law: &DruckerPrager, step: f64, found: &[(MicropolarStrain, Vec<f64>)]) {
+    check::micropolar(&subject(law, step), &situations(found));
 }
 
 fn for_every_law(mut check: impl FnMut(&str, &DruckerPrager)) {
@@ -353,6 +359,15 @@ fn accepted_points_do_not_flow_again() {
                 new[18]
             );
         }
+    });
+}
+
+#[test]
+fn steps_open_with_further_flow() {
+    for_every_law(|name, law| {
+        let found = collect(law, 0.02, 40, |branch, q, _| branch == Branch::Cone && q > 1e3);
+        let compared = check::opening_moduli_are_those_of_further_flow(&subject(law, 0.0), &situations(&found));
+        assert!(compared > 30, "{name}: {compared}");
     });
 }
 

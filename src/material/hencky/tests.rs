@@ -526,6 +526,41 @@ fn accepted_points_do_not_flow_again() {
     });
 }
 
+/// Where points that flowed are evaluated again, the moduli that open a step are those of a little more flow.
+#[test]
+fn steps_open_with_further_flow() {
+    for_every_law(|name, law| {
+        let mut random = Random::new(5);
+        let mut compared = 0;
+        for (strain, old) in collect(law, 0.02, 40, |branch, q, _| branch == Branch::Cone && q > 1e3) {
+            let (_, flowed) = answer(law, &strain, &old, 0.0).expect("an answer");
+            let (stress, again) = answer(law, &strain, &flowed, 0.0).expect("an answer");
+            let mut opening = ClassicalModuli {
+                corotational: [[0.0; 6]; 6],
+            };
+            let flows_on = law.opening_moduli(&strain, &flowed, &again, &stress, &mut opening);
+            let change = random_tensor(&mut random, law.components) * 1e-8;
+            let further = [1.0, -1.0].into_iter().find_map(|sign| {
+                let deformation_gradient = (Matrix3::identity() + change * sign) * strain.deformation_gradient;
+                let ahead = ClassicalStrain { deformation_gradient };
+                let (_, new) = answer(law, &ahead, &flowed, 0.0)?;
+                (new[6] > flowed[6]).then_some(ahead)
+            });
+            let Some(ahead) = further.filter(|_| flows_on) else {
+                continue;
+            };
+            let moduli = moduli_at(law, &ahead, &flowed, 0.0);
+            for (left, right) in opening.corotational.iter().zip(&moduli.corotational) {
+                for (left, right) in left.iter().zip(right) {
+                    assert!((left - right).abs() < 1e-4 * MU, "{name}: {left} {right}");
+                }
+            }
+            compared += 1;
+        }
+        assert!(compared > 30, "{name}: {compared}");
+    });
+}
+
 #[test]
 fn virgin_material_rests_without_stress_and_what_is_not_finite_is_refused() {
     for_every_law(|_, law| {

@@ -300,6 +300,29 @@ fn moduli_are_the_derivative_of_all_of_the_stress() {
     assert!(count > 200, "{count}");
 }
 
+#[test]
+fn steps_open_with_further_flow() {
+    let mut compared = 0;
+    for (_, parameters) in variants() {
+        for components in [Components::Plane, Components::Space] {
+            let law = Sandstone::new(&parameters, components);
+            let found = situations(&law, components);
+            let situations: Vec<_> = found
+                .iter()
+                .map(|(strain, old)| Situation { strain: *strain, old })
+                .collect();
+            let subject = Subject {
+                law: &law,
+                components,
+                length: 1.0e-3,
+                step: 0.0,
+            };
+            compared += check::opening_moduli_are_those_of_further_flow(&subject, &situations);
+        }
+    }
+    assert!(compared > 60, "{compared}");
+}
+
 /// In tension beyond the apex the literal law has no stress and says so; rounded, it has one, with its moduli.
 #[test]
 fn apex_is_reached_where_it_is_rounded() {
