@@ -1394,6 +1394,13 @@ def sandstone_peak(run):
     return (-run["reaction"]).max()
 
 
+def sandstone_rises(run):
+    """Sum of all rises of the force behind its peak, over the peak."""
+    force = -run["reaction"]
+    behind = force[force.argmax() :]
+    return numpy.clip(numpy.diff(behind), 0.0, None).sum() / force.max()
+
+
 def sandstone_curve(scene):
     return lambda runs: (-1e3 * runs[scene]["shortening"][2:], -1e-6 * runs[scene]["reaction"][2:])
 
@@ -1443,6 +1450,18 @@ def gosford():
         for order, scene in ORDERS.items()
     ]
     checks += against_order_two("order 3", ORDERS[3])
+    checks += [
+        Check(
+            f"order {order}: all rises of the force behind its peak, over the peak",
+            lambda runs, scene=scene: sandstone_rises(runs[scene]),
+            "Neuner et al. (2024), section 3.2: order 1 alone oscillates",
+            unit="%",
+            scale=100.0,
+            digits=2,
+            **allowed,
+        )
+        for (order, scene), allowed in zip(ORDERS.items(), [{"high": 1e-4}, {"high": 1e-4}, {"low": 1e-4}])
+    ]
     checks += [
         Check(
             "order 1 over order 2: force at 1.2 mm",
