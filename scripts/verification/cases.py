@@ -1063,12 +1063,28 @@ def copper_wires():
     )
 
 
+def largest_weight_at_first(run):
+    """Largest weight of a path while the corner has moved by less than 0.3 m [N/m3]."""
+    corner = length(run, "corner_x", "corner_y")
+    return 20.0e3 * run["weight"][corner < 0.3].max()
+
+
+def weight_at(run, displacement):
+    """Weight of a path where the corner has first moved so far [N/m3]."""
+    corner = length(run, "corner_x", "corner_y")
+    row = int(numpy.argmax(corner >= displacement))
+    return 20.0e3 * numpy.interp(displacement, corner[row - 1 : row + 1], run["weight"][row - 1 : row + 1])
+
+
 def column_collapse():
-    scene = "column_collapse"
+    scene, path = "column_collapse", "column_collapse_path"
+    whole_body = f"{path} stages.0.control.arc_length.at=null stages.0.control.arc_length.length=3.0e-3"
     expected = reference("column_collapse")
+    curve = expected["curve"]
+    settlement = f"{MICROPOLAR}: more than 0.45 m near 20 kN/m3"
     checks = [
         Check(
-            "weight at which it stops",
+            "weight at which load control stops",
             lambda runs: 20.0e3 * runs[scene].last("weight"),
             INDEPENDENT,
             low=expected["limit_low"],
@@ -1082,8 +1098,52 @@ def column_collapse():
             unit="m",
             digits=3,
         ),
+        Check(
+            "path: largest weight before 0.3 m",
+            lambda runs: largest_weight_at_first(runs[path]),
+            INDEPENDENT,
+            curve[0]["weight"],
+            relative=0.01,
+            unit="kN/m3",
+            scale=1e-3,
+        ),
     ]
-    curve = expected["curve"]
+    checks += [
+        Check(
+            f"path: weight with the corner at {point['corner']} m",
+            lambda runs, at=point["corner"]: weight_at(runs[path], at),
+            INDEPENDENT,
+            point["weight"],
+            relative=0.015,
+            unit="kN/m3",
+            scale=1e-3,
+        )
+        for point in curve[1:]
+    ]
+    checks += [
+        Check(
+            "path: settlement of the corner at 20 kN/m3",
+            lambda runs: -runs[path].last("corner_y"),
+            settlement,
+            low=0.45,
+            high=0.5,
+            unit="m",
+            digits=3,
+        ),
+        Check(
+            "the same, length measured on all points",
+            lambda runs: -runs[whole_body].last("corner_y") + runs[path].last("corner_y"),
+            "second road in this program",
+            0.0,
+            absolute=0.01,
+            unit="m",
+            digits=2,
+        ),
+    ]
+
+    def weight_of(scene):
+        return lambda runs: (length(runs[scene], "corner_x", "corner_y"), 20.0 * runs[scene]["weight"])
+
     pictures = [
         Curves(
             "column_collapse",
@@ -1091,10 +1151,9 @@ def column_collapse():
             "displacement of the corner [m]",
             "weight [kN/m3]",
             [
-                (
-                    "load control",
-                    lambda runs: (length(runs[scene], "corner_x", "corner_y"), 20.0 * runs[scene]["weight"]),
-                )
+                ("arc length of the corner", weight_of(path)),
+                ("arc length of all points", weight_of(whole_body)),
+                ("load control", weight_of(scene)),
             ],
             [
                 (
@@ -1103,27 +1162,29 @@ def column_collapse():
                 )
             ],
         ),
-        Points("column_collapse_chi", "Last state: chi", scene),
+        Points("column_collapse_chi", "Last state: chi", path),
     ]
     setup = (
-        "A block of soil of 1 x 1 m on a rough floor, on 12 x 12 cells, under a weight that grows to 20 kN/m3 in 40 "
-        "steps. Load control cannot pass a maximum of the load."
+        "A block of soil of 1 x 1 m on a rough floor, on 12 x 12 cells, under a weight that grows to 20 kN/m3: in 40 "
+        "steps, which cannot pass a maximum of the load, and along its path, with the weight as an unknown."
     )
     remark = (
-        "The run ends at the limit point: beyond it no state of rest carries the load, and the residual stays near 1 % "
-        "of it however small the step. The source goes to about 20 kN/m3 and 0.45 m before its analysis breaks down; "
-        "this is not reproduced. The independent implementation, which prescribes the displacement of the corner and "
-        "rounds the cone, finds a maximum of 13.72 kN/m3 at 0.053 m and a falling branch behind it (under load "
-        "control, with an exact return to the apex, it gets to 13.78), and limit analysis with a matched cohesion "
-        "gives 13.0 kN/m3. Following the path past the maximum needs control by displacement, which the program does "
-        "not have."
+        "Under load control the run ends at the limit point: beyond it no state of rest nearby carries the load, and "
+        "the residual stays near 1 % of it however small the step. The independent implementation, which prescribes "
+        "the displacement of the corner and rounds the cone, finds a maximum of 13.72 kN/m3 at 0.053 m and a falling "
+        "branch behind it; with an exact return to the apex, as here, 13.75. Limit analysis with a matched cohesion "
+        "gives 13.0 kN/m3. The path goes on where that analysis ended: the weight falls to 9.7 kN/m3 at 0.38 m, and "
+        "rises again as the soil that slid out comes to rest on the floor beside the block, whose nodes hold it as they "
+        "hold the base. It meets 20 kN/m3 with the settlement at which the source ends: a state that control of the load reaches only by a jump across the valley. The equivalent plastic strain "
+        "there is above 2, and the curve is as rough as points that cross cells make it; two ways to measure the length "
+        "lead to the same state."
     )
     return Section(
         "column_collapse",
         "Collapse of a column of soil",
         f"{MICROPOLAR}, section 4.5.3",
         setup,
-        [scene],
+        [scene, path, whole_body],
         checks,
         pictures,
         quick=True,

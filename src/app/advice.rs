@@ -7,6 +7,7 @@ use crate::continuum::Fields;
 use crate::material::spec::MaterialSpec;
 use crate::points::seed::PointSource;
 use crate::scene::{Kinematics, LoadKind, Scene};
+use crate::solve::settings::Stage;
 
 /// Points in a cell from which on they are more than any integral needs.
 const MANY_POINTS: f64 = 1000.0;
@@ -46,7 +47,7 @@ impl SolverCost {
 pub fn estimates(unknowns: usize, points: u64, scene: &Scene) -> Vec<String> {
     let dimension = scene.kinematics.dimension();
     let cost = SolverCost::of(unknowns as f64, dimension);
-    let steps: usize = scene.stages.iter().map(|stage| stage.steps).sum();
+    let steps: usize = scene.stages.iter().map(Stage::full_steps).sum();
     let per_point = if dimension == 2 { 5e-6 } else { 2e-5 };
     let per_iteration = cost.seconds + per_point * points as f64;
     let seconds = per_iteration * ITERATIONS_PER_STEP * steps as f64;

@@ -6,6 +6,7 @@ use super::columns::Column;
 use crate::assembly::Sink;
 use crate::assembly::kernel::Workspace;
 use crate::assembly::model::{Model, StepSystem};
+use crate::assembly::motion::PathPoints;
 use crate::assembly::penalty::GhostPenalty;
 use crate::assembly::surface::SurfaceConditions;
 use crate::clock::Clock;
@@ -91,6 +92,7 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         face_loads: Vec::new(),
         surface: SurfaceConditions::default(),
         ghost,
+        path_points: None,
     };
     let mut problems = empty_bodies(source, &points_per_body);
     let columns = select(world, scene, source, &mut model, &mut problems);
@@ -228,6 +230,7 @@ fn select<C: Fields<D, N>, const D: usize, const N: usize>(
         }
     }
     tie(scene, &mut marks, model, problems);
+    follow_path(scene, &mut marks, model, problems);
     let column_of = |(index, entry): (usize, &HistoryColumn)| {
         let path = format!("output.history[{index}].at");
         let bit = match &entry.quantity {
@@ -287,6 +290,26 @@ fn tie<C: Fields<D, N>, const D: usize, const N: usize>(
     }
     model.surface.ties = ties(&scene.boundaries, |boundary| bits[boundary]);
     model.points.keep_gaps(slots(&model.surface.ties));
+}
+
+/// Marks the points whose motion is the length of a step, where a stage follows its path.
+fn follow_path<C: Fields<D, N>, const D: usize, const N: usize>(
+    scene: &Scene,
+    marks: &mut Marks<'_>,
+    model: &mut Model<C, D, N>,
+    problems: &mut Vec<Problem>,
+) {
+    let controls = scene.stages.iter().enumerate();
+    let control = controls
+        .filter_map(|(index, stage)| Some((index, stage.control.as_ref()?)))
+        .next();
+    let Some((index, control)) = control else { return };
+    let path = format!("stages[{index}].control.arc_length.at");
+    let at = control.at.as_ref();
+    model.path_points = Some(PathPoints {
+        bit: at.map(|selection| marks.of(model, selection, &path, problems).0),
+    });
+    model.points.keep_last_motion();
 }
 
 fn selection_of(load: &Load) -> Option<&Selection> {
@@ -523,7 +546,11 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Built<C, D, N> {
         }
         lines.extend(estimates(self.nodes * N, self.points, scene));
         for stage in &scene.stages {
-            lines.push(format!("stage {}: {} steps", stage.name, stage.steps));
+            let steps = stage.full_steps();
+            lines.push(match stage.control {
+                Some(_) => format!("stage {}: along the path, at most {steps} steps", stage.name),
+                None => format!("stage {}: {steps} steps", stage.name),
+            });
         }
         if let Some(manufactured) = &scene.manufactured {
             let amplitude = manufactured.amplitude;

@@ -111,8 +111,12 @@ pub fn load<C: Fields<D, N>, const D: usize, const N: usize>(
     let model = &mut built.model;
     model.restore(&state.model);
     let (state_length, gap_count) = (model.points.state_length, model.points.gap_count);
+    let keeps_last_motion = model.points.keeps_last_motion;
     model.points = Points::empty(state_length);
     model.points.keep_gaps(gap_count);
+    if keeps_last_motion {
+        model.points.keep_last_motion();
+    }
     model.points.unpack(records);
     if let Some(elements) = &mut model.elements {
         elements.mesh.place_nodes(nodes.into_iter());

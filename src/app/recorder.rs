@@ -74,14 +74,9 @@ pub struct FilesState {
     snapshots: usize,
     /// Full steps done, by which snapshots and checkpoints are counted.
     full_steps: usize,
-    /// Time of the state, and whether a snapshot shows it.
+    /// Time of the state, stages done plus the share of the current one, and whether a snapshot shows it.
     time: f64,
     shown: bool,
-}
-
-/// Time in snapshots: stages done plus the share of the current one.
-fn snapshot_time(time: Time) -> f64 {
-    time.stage as f64 + time.fraction
 }
 
 impl<'a> Recorder<'a> {
@@ -125,7 +120,9 @@ impl<'a> Recorder<'a> {
             checkpoint_times: (clock.elapsed(), EXPECTED_CHECKPOINT),
             saved: saved.map(|saved| saved.analysis.counts.steps),
             spent_before: saved.map_or_else(Spent::default, |saved| saved.spent),
-            begun: saved.map_or(0.0, |saved| done(scene, saved.analysis.schedule.done())),
+            begun: saved.map_or(0.0, |saved| {
+                done(scene, saved.analysis.stage, saved.analysis.steps.share())
+            }),
         };
         recorder.tell_of_restart(saved, gap.as_deref());
         Ok(recorder)
@@ -383,10 +380,9 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Observer<C, D, N> for Reco
         });
         agree(&self.world, written.map_err(|error| error.to_string()))?;
         if let Some(reason) = attempt.failure {
-            let size = attempt.to.fraction - attempt.from.fraction;
             self.progress.message(&format!(
-                "step {} of stage {}, size {size:.3e}: not solved: {reason}",
-                attempt.step, attempt.stage.name
+                "step {} of stage {}, size {}: not solved: {reason}",
+                attempt.step, attempt.stage.name, attempt.size
             ));
         }
         Ok(())
@@ -412,10 +408,13 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Observer<C, D, N> for Reco
             newton_iterations: step.newton_iterations,
             residual: step.force_residual,
             elapsed: self.clock.elapsed(),
-            done: done(self.scene, step.time),
+            done: done(self.scene, step.time.stage, step.share),
             begun: self.begun,
         });
-        self.state.time = snapshot_time(step.time);
+        if let Some(ending) = step.ending {
+            self.progress.message(&format!("stage {}: {ending}", step.stage.name));
+        }
+        self.state.time = step.time.stage as f64 + step.share;
         self.state.shown = false;
         self.state.full_steps += usize::from(step.full_step);
         let output = &self.scene.output;
@@ -437,8 +436,8 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Observer<C, D, N> for Reco
 }
 
 /// Share of all full steps of all stages that is done.
-fn done(scene: &Scene, time: Time) -> f64 {
-    let steps = |stages: &[Stage]| stages.iter().map(|stage| stage.steps).sum::<usize>() as f64;
-    let before = steps(&scene.stages[..time.stage]);
-    (before + time.fraction * scene.stages[time.stage].steps as f64) / steps(&scene.stages)
+fn done(scene: &Scene, stage: usize, share: f64) -> f64 {
+    let steps = |stages: &[Stage]| stages.iter().map(Stage::full_steps).sum::<usize>() as f64;
+    let before = steps(&scene.stages[..stage]);
+    (before + share * scene.stages[stage].full_steps() as f64) / steps(&scene.stages)
 }

@@ -3,6 +3,7 @@
 pub mod active;
 pub mod kernel;
 pub mod model;
+pub mod motion;
 pub mod penalty;
 pub mod surface;
 

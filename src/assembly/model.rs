@@ -2,6 +2,7 @@
 
 use crate::assembly::active::Active;
 use crate::assembly::kernel::{Workspace, jet};
+use crate::assembly::motion::PathPoints;
 use crate::assembly::penalty::GhostPenalty;
 use crate::assembly::surface::{ActingConditions, Surface, SurfaceConditions, SurfacePoints};
 use crate::condition::Time;
@@ -40,6 +41,8 @@ pub struct Model<C: Fields<D, N>, const D: usize, const N: usize> {
     /// Penalties and pressures on points.
     pub surface: SurfaceConditions,
     pub ghost: Option<GhostPenalty>,
+    /// Points whose motion measures the length of a step, where a stage follows its path.
+    pub path_points: Option<PathPoints>,
 }
 
 /// What a model carries from step to step beside its points and the nodes of its mesh. Whatever is added to [`Model`]
@@ -185,6 +188,9 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Model<C, D, N> {
                 for k in 0..D {
                     self.points.position[p][k] += jet.value[k];
                     self.points.displacement[p][k] += jet.value[k];
+                }
+                if self.points.keeps_last_motion {
+                    self.points.last_motion[p] = SVector::from_fn(|k, _| jet.value[k]);
                 }
                 self.points.motion[p] = C::advance(&self.points.motion[p], &jet);
                 if self.basis.has_domains() {

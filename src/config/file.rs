@@ -443,13 +443,56 @@ pub struct PointsKeys {
 pub struct StageKeys {
     /// Name for `stage` of boundaries and loads; each stage has its own.
     pub name: String,
-    /// Number of equal steps, 1 or more: the largest step, or with `adaptive` the first.
+    /// Number of equal steps, 1 or more: the largest step, or with `adaptive` or `control` the first.
     pub steps: usize,
     /// How often a failed step may be halved, 0 to 40.
     #[serde(default = "default_halvings")]
     pub max_halvings: u32,
     /// Steps that grow and shrink with the number of iterations; `steps` sets the first one. Equal steps unless set.
     pub adaptive: Option<AdaptiveKeys>,
+    /// Follows the equilibrium path beyond a limit point: the load is an unknown. Only in the last stage.
+    pub control: Option<ControlKeys>,
+}
+
+/// What a step of a stage is measured by, in place of load and motion.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ControlKeys {
+    /// The length of the path.
+    pub arc_length: ArcLengthKeys,
+}
+
+/// Steps of a given length, the mean motion of points, along the equilibrium path. The load factor of the stage, which
+/// all its loads share, is found with the motion and may fall again.
+///
+/// A step that fails is halved. The stage ends with its loads at full size, as `until` asks, or after `max_steps`: all
+/// with exit code 0.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ArcLengthKeys {
+    /// Points whose motion counts: root of the mean square, by volume. All unless set; not a face of a mesh.
+    pub at: Option<SelectionKeys>,
+    /// Length of a step [m], > 0. Unless set, the first step is one of load, 1/`steps` of it, and how far it moves the
+    /// points is the length of those that follow.
+    pub length: Option<f64>,
+    /// Longest step [m], at least `length`: the next step is as many times as long as the last as `target_iterations` are
+    /// more than the last one took, by a factor of 2 at most. Equal steps unless set.
+    pub max_length: Option<f64>,
+    /// Iterations that a step should take, 1 to `solver.max_iterations`, with `max_length`.
+    #[serde(default = "default_target_iterations")]
+    pub target_iterations: usize,
+    /// Most steps that are taken, 1 or more.
+    pub max_steps: usize,
+    /// Where the path ends before; only at full load and after `max_steps` unless set.
+    pub until: Option<UntilKeys>,
+}
+
+/// Where a path ends.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct UntilKeys {
+    /// Mean displacement of the points of `at` since the initial state [m], > 0.
+    pub displacement: f64,
 }
 
 /// Steps that grow and shrink with the number of iterations.

@@ -293,15 +293,22 @@ impl Newton {
     ///
     /// `x` is overwritten if the solve converged. The matrix must be assembled.
     pub fn linear_solve(&mut self, rhs: &[f64], x: &mut [f64]) -> Result<LinearOutcome, PetscError> {
-        self.function.set(rhs)?;
-        let (mut iterations, matrix) = (0, self.matrix.handle);
+        let matrix = self.matrix.handle;
         if let Some(copy) = &mut self.copy {
             copy.refill(&self.matrix)?;
         }
         let factored = self.copy.as_ref().map_or(matrix, |copy| copy.handle);
-        // SAFETY: the handles are valid and of one layout; the out-pointer is valid.
+        // SAFETY: the handles are valid and of one layout.
+        check(unsafe { sys::KSPSetOperators(self.ksp, matrix, factored) })?;
+        self.linear_solve_again(rhs, x)
+    }
+
+    /// As [`linear_solve`](Self::linear_solve), with the matrix of the last one and its factors.
+    pub fn linear_solve_again(&mut self, rhs: &[f64], x: &mut [f64]) -> Result<LinearOutcome, PetscError> {
+        self.function.set(rhs)?;
+        let mut iterations = 0;
+        // SAFETY: the handles are valid and of one layout, the operators were set; the out-pointer is valid.
         unsafe {
-            check(sys::KSPSetOperators(self.ksp, matrix, factored))?;
             check(sys::KSPSolve(self.ksp, self.function.handle, self.solution.handle))?;
             check(sys::KSPGetIterationNumber(self.ksp, &mut iterations))?;
         }

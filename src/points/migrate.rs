@@ -37,7 +37,12 @@ impl<C: Continuum, const D: usize> Points<C, D> {
         }
         parts.push(part("state", self.state_length, false));
         parts.push(part("gaps", self.gap_count, false));
+        parts.push(part("last_motion", self.last_motion_length(), false));
         parts
+    }
+
+    fn last_motion_length(&self) -> usize {
+        if self.keeps_last_motion { D } else { 0 }
     }
 
     /// Appends everything that a point carries to a record of numbers.
@@ -65,6 +70,9 @@ impl<C: Continuum, const D: usize> Points<C, D> {
         C::pack_stress(&self.stress[point], stress);
         record.extend_from_slice(self.state_of(point));
         record.extend_from_slice(&self.gaps[point * self.gap_count..][..self.gap_count]);
+        if self.keeps_last_motion {
+            record.extend_from_slice(self.last_motion[point].as_slice());
+        }
     }
 
     /// Appends the points of a sequence of records.
@@ -85,11 +93,15 @@ impl<C: Continuum, const D: usize> Points<C, D> {
             self.volume.push(rest[0]);
             let (motion, rest) = rest[1..].split_at(total_length(C::MOTION));
             let (stress, rest) = rest.split_at(total_length(C::STRESS));
-            let (state, gaps) = rest.split_at(self.state_length);
+            let (state, rest) = rest.split_at(self.state_length);
+            let (gaps, last_motion) = rest.split_at(self.gap_count);
             self.motion.push(C::unpack_motion(motion));
             self.stress.push(C::unpack_stress(stress));
             self.state.extend_from_slice(state);
             self.gaps.extend_from_slice(gaps);
+            if self.keeps_last_motion {
+                self.last_motion.push(SVector::from_column_slice(last_motion));
+            }
         }
         self.reset_trial();
     }

@@ -39,6 +39,9 @@ pub struct Points<C: Continuum, const D: usize> {
     /// Gaps of the springs that tie the point to platens [m, rad], `gap_count` numbers a point.
     pub gaps: Vec<f64>,
     pub gap_count: usize,
+    /// Displacement in the last accepted step [m], where `keeps_last_motion`.
+    pub last_motion: Vec<SVector<f64, D>>,
+    pub keeps_last_motion: bool,
     pub trial_stress: Vec<C::Stress>,
     pub trial_state: Vec<f64>,
 }
@@ -62,6 +65,8 @@ impl<C: Continuum, const D: usize> Points<C, D> {
             state_length,
             gaps: Vec::new(),
             gap_count: 0,
+            last_motion: Vec::new(),
+            keeps_last_motion: false,
             trial_stress: Vec::new(),
             trial_state: Vec::new(),
         }
@@ -111,6 +116,9 @@ impl<C: Continuum, const D: usize> Points<C, D> {
             .iter()
             .flat_map(|&from| self.gaps[from * count..(from + 1) * count].to_vec())
             .collect();
+        if self.keeps_last_motion {
+            permute(&mut self.last_motion, order);
+        }
         self.reset_trial();
     }
 
@@ -118,6 +126,12 @@ impl<C: Continuum, const D: usize> Points<C, D> {
     pub fn keep_gaps(&mut self, count: usize) {
         self.gap_count = count;
         self.gaps = vec![0.0; count * self.len()];
+    }
+
+    /// Gives every point room for its motion in the last step, none so far.
+    pub fn keep_last_motion(&mut self) {
+        self.keeps_last_motion = true;
+        self.last_motion = vec![SVector::zeros(); self.len()];
     }
 
     /// Makes the scratch arrays as long as the accepted ones.

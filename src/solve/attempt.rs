@@ -81,6 +81,8 @@ pub struct Solution {
     pub reactions: Vec<f64>,
     /// Local increments, at which the trial state of the points was evaluated.
     pub increments: Vec<f64>,
+    /// Load factor at the end of the step, where it was an unknown.
+    pub load_factor: Option<f64>,
 }
 
 /// Why an attempt failed.
@@ -96,7 +98,7 @@ pub struct Failure {
 
 impl Failure {
     /// A failure that no line search and no linear solver would mend.
-    fn plain(reason: String) -> Self {
+    pub(super) fn plain(reason: String) -> Self {
         Self {
             reason,
             search_matters: false,
@@ -144,15 +146,7 @@ pub fn try_step<C: Fields<D, N>, const D: usize, const N: usize>(
     let end = match outcome.end {
         End::Converged => {
             let evaluated = outcome.evaluated_at_solution;
-            let increments = settle(session, solver, &mut problem, &increments, evaluated)?;
-            let record = problem.records.last().expect("a converged step was tested");
-            Ok(Solution {
-                iterations: problem.records.len(),
-                force_residual: record.force_residual,
-                force_scale: problem.norms.forces.sqrt(),
-                reactions: std::mem::take(&mut problem.reactions),
-                increments,
-            })
+            Ok(settle(session, solver, &mut problem, &increments, evaluated)?)
         }
         End::OutOfDomain => Err(Failure {
             reason: describe_failure(&problem),
@@ -292,7 +286,7 @@ fn open<C: Fields<D, N>, const D: usize, const N: usize>(
 }
 
 /// Why an evaluation failed, where that only ends the attempt.
-fn not_evaluated<C: Fields<D, N>, const D: usize, const N: usize>(
+pub(super) fn not_evaluated<C: Fields<D, N>, const D: usize, const N: usize>(
     result: Result<(), Evaluate>,
     problem: &Equilibrium<'_, C, D, N>,
 ) -> Result<Option<String>, Error> {
@@ -303,15 +297,15 @@ fn not_evaluated<C: Fields<D, N>, const D: usize, const N: usize>(
     }
 }
 
-/// Local increments of the solution; evaluates there once more unless that was the last evaluation, so that the trial
+/// The solution at own increments; evaluates there once more unless that was the last evaluation, so that the trial
 /// state that becomes the accepted one belongs to the accepted unknowns.
-fn settle<C: Fields<D, N>, const D: usize, const N: usize>(
+pub(super) fn settle<C: Fields<D, N>, const D: usize, const N: usize>(
     session: &Rc<Session>,
     solver: &Solver,
     problem: &mut Equilibrium<'_, C, D, N>,
     increments: &[f64],
     evaluated: bool,
-) -> Result<Vec<f64>, Error> {
+) -> Result<Solution, Error> {
     let mut local = GhostVector::new(session, &solver.layout)?;
     local.owned_mut().copy_from_slice(increments);
     local.update_ghosts()?;
@@ -327,7 +321,15 @@ fn settle<C: Fields<D, N>, const D: usize, const N: usize>(
         let mut own = residual.owned().to_vec();
         not_evaluated(problem.complete(&mut own), problem)?;
     }
-    Ok(local.local().to_vec())
+    let record = problem.records.last().expect("a converged step was tested");
+    Ok(Solution {
+        iterations: problem.records.len(),
+        force_residual: record.force_residual,
+        force_scale: problem.norms.forces.sqrt(),
+        reactions: std::mem::take(&mut problem.reactions),
+        increments: local.local().to_vec(),
+        load_factor: None,
+    })
 }
 
 /// What the law said, from the lowest rank where it failed.

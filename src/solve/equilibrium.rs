@@ -23,8 +23,8 @@ pub struct Equilibrium<'a, C: Fields<D, N>, const D: usize, const N: usize> {
     pub prescribed: &'a Prescribed,
     /// Penalties and pressures at the end of the step.
     pub acting: &'a ActingConditions,
-    /// External forces on own unknowns at the end of the step.
-    pub external: &'a [f64],
+    /// External forces on own unknowns at the end of the step; where the load factor is an unknown, at the last evaluation.
+    pub external: Vec<f64>,
     /// Forces of pressures on own unknowns on the shape at the start of the step: part of the scale of forces.
     pub pushed: &'a [f64],
     pub settings: &'a SolverSettings,
@@ -54,7 +54,7 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
         system: &'a StepSystem<D>,
         prescribed: &'a Prescribed,
         acting: &'a ActingConditions,
-        external: &'a [f64],
+        external: Vec<f64>,
         pushed: &'a [f64],
         settings: &'a SolverSettings,
         peak_force: f64,

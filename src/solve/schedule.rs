@@ -129,6 +129,7 @@ mod tests {
             steps,
             max_halvings,
             adaptive,
+            control: None,
         }
     }
 

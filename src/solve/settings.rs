@@ -1,6 +1,7 @@
 //! How steps are solved: what a user decides.
 
 use crate::petsc::LinearSolver;
+use crate::points::select::Selection;
 use serde::{Deserialize, Serialize};
 
 #[derive(Clone, Debug)]
@@ -10,6 +11,31 @@ pub struct Stage {
     pub max_halvings: u32,
     /// Equal steps, but for those that fail, unless set.
     pub adaptive: Option<Adaptive>,
+    /// Steps along the equilibrium path, whose load is an unknown, instead of steps by the clock.
+    pub control: Option<ArcLength>,
+}
+
+impl Stage {
+    /// Number of full steps, or the largest number of steps along a path.
+    pub fn full_steps(&self) -> usize {
+        self.control.as_ref().map_or(self.steps, |control| control.max_steps)
+    }
+}
+
+/// Steps of a given length along an equilibrium path.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ArcLength {
+    /// Points whose motion is the length of a step; all unless set.
+    pub at: Option<Selection>,
+    /// Length of a step [m]; unless set, what the first step of load comes to.
+    pub length: Option<f64>,
+    /// Longest step [m] where steps follow the number of iterations; equal steps unless set.
+    pub max_length: Option<f64>,
+    /// Linear solves that a step should take, the opening one included.
+    pub target_iterations: usize,
+    pub max_steps: usize,
+    /// Mean displacement of the points [m] at which the path ends.
+    pub max_displacement: Option<f64>,
 }
 
 /// Steps that grow and shrink with the number of iterations.

@@ -1,8 +1,8 @@
 //! What of an analysis outlives a step, beside the model: enough to go on as if nothing had happened.
 
-use super::schedule::Schedule;
 use super::settings::Stage;
 use super::step::Counts;
+use super::steps::Steps;
 use serde::{Deserialize, Serialize};
 
 /// Where an analysis stands after an accepted step, or before the first. Whatever is added to an analysis that a later
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub struct AnalysisState {
     /// Index of the stage under way.
     pub stage: usize,
-    pub schedule: Schedule,
+    pub steps: Steps,
     pub counts: Counts,
     /// Largest norm of external forces and reactions so far.
     pub peak_force: f64,
@@ -24,7 +24,7 @@ impl AnalysisState {
     pub fn initial(stages: &[Stage]) -> Self {
         Self {
             stage: 0,
-            schedule: Schedule::new(0, &stages[0]),
+            steps: Steps::new(0, &stages[0]),
             counts: Counts::default(),
             peak_force: 0.0,
             achieved_balance: None,

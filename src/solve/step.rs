@@ -1,14 +1,17 @@
 //! The analysis: stages, steps, attempts. A failed attempt leaves no trace in the points.
 
+use super::arc_length::{LengthStep, try_length};
 use super::attempt::{Approach, Failure, Solution, Solver, Tried, external_forces, pressure_forces, try_step};
 use super::balance::{LARGEST_IMBALANCE, imbalance, share_points};
 use super::convergence::IterationRecord;
 use super::equilibrium::Equilibrium;
-use super::schedule::Schedule;
+use super::path::{Goal, Reached, Review};
 use super::settings::{SolverMethod, SolverSettings, Stage};
 use super::state::AnalysisState;
+use super::steps::Steps;
 use crate::assembly::kernel::Workspace;
 use crate::assembly::model::{Model, StepSystem};
+use crate::assembly::motion::{Measure, PathPoints};
 use crate::clock::{Clock, Phase};
 use crate::condition::Time;
 use crate::condition::dirichlet::prescribe;
@@ -30,8 +33,8 @@ pub struct Attempt<'a> {
     /// Number of the step that is attempted, from 1.
     pub step: usize,
     pub stage: &'a Stage,
-    pub from: Time,
-    pub to: Time,
+    /// Size of the step, in words.
+    pub size: &'a str,
     pub records: &'a [IterationRecord],
     /// Why the attempt failed; `None` where it was accepted.
     pub failure: Option<&'a str>,
@@ -42,7 +45,9 @@ pub struct Accepted<'a, C: Fields<D, N>, const D: usize, const N: usize> {
     pub step: usize,
     pub stage: &'a Stage,
     pub time: Time,
-    /// Share of the stage.
+    /// How far the stage has come, 0 to 1, never less than before.
+    pub share: f64,
+    /// Change of the load factor.
     pub step_size: f64,
     /// Linear solves, the opening one included.
     pub newton_iterations: usize,
@@ -54,6 +59,8 @@ pub struct Accepted<'a, C: Fields<D, N>, const D: usize, const N: usize> {
     pub reactions: &'a [[f64; N]],
     /// Whether the step ended a full step of the stage.
     pub full_step: bool,
+    /// How the path of the stage came to its end, in words, where it did.
+    pub ending: Option<&'a str>,
     /// Whether the analysis ends here.
     pub last: bool,
 }
@@ -146,19 +153,19 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
     /// rank to stop, with the model in its last accepted state; what observers and libraries report.
     pub fn run(&mut self, stages: &[Stage], observer: &mut dyn Observer<C, D, N>) -> Result<(), Error> {
         for (index, stage) in stages.iter().enumerate().skip(self.state.stage) {
-            let mut schedule = if index == self.state.stage {
-                self.state.schedule.clone()
+            let mut steps = if index == self.state.stage {
+                self.state.steps.clone()
             } else {
-                Schedule::new(index, stage)
+                Steps::new(index, stage)
             };
-            while schedule.next_step().is_some() {
+            while steps.next_goal().is_some() {
                 if self.world.any(self.interrupt.requested()) {
                     return Err(self.interrupted());
                 }
                 let system = self.search(index)?;
-                let solution = self.solve_step(&system, stage, &mut schedule, observer)?;
-                let last = index + 1 == stages.len() && schedule.next_step().is_none();
-                self.accept(&system, stage, &schedule, solution, last, observer)?;
+                let solution = self.solve_step(&system, stage, &mut steps, observer)?;
+                let last = index + 1 == stages.len() && steps.next_goal().is_none();
+                self.accept(&system, stage, &steps, solution, last, observer)?;
             }
         }
         Ok(())
@@ -173,53 +180,57 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         Ok(changed)
     }
 
-    /// Attempts the next step of a schedule until one is solved: by one approach after the other, then with half the
-    /// step. Moves the schedule on.
+    /// Attempts the next step of a stage until one is solved: by one approach after the other, then with half the step.
+    /// Moves the steps on.
     fn solve_step(
         &mut self,
         system: &StepSystem<D>,
         stage: &Stage,
-        schedule: &mut Schedule,
+        steps: &mut Steps,
         observer: &mut dyn Observer<C, D, N>,
     ) -> Result<Solution, Error> {
         let step = self.counts.steps + 1;
         let mut approach = Approach::FIRST;
         loop {
-            let (from, to) = schedule.next_step().expect("the stage is not done");
+            let goal = steps.next_goal().expect("the stage is not done");
             let Tried {
                 end,
                 records,
                 interrupted,
-            } = self.attempt(system, from, to, approach)?;
+            } = self.attempt(system, steps, goal, approach)?;
             if interrupted && end.is_err() {
                 return Err(self.interrupted());
             }
+            let reached = end.as_ref().ok().and_then(|end| self.reached(system, steps, goal, end));
+            let review = steps.review(reached.as_ref());
+            let end = end.and_then(|solution| accepted(solution, &review));
             let failure = end.as_ref().err().map(|failure| failure.reason.as_str());
             observer.attempted(&Attempt {
                 step,
                 stage,
-                from,
-                to,
+                size: &steps.describe_size(),
                 records: &records,
                 failure,
             })?;
             match end {
                 Ok(solution) => {
-                    schedule.accept(solution.iterations);
+                    steps.accept(solution.iterations, reached.as_ref());
                     return Ok(solution);
+                }
+                Err(_) if review == Review::Close => {
+                    approach = Approach::FIRST;
+                    steps.close();
                 }
                 Err(Failure { linear: true, .. }) if self.change_to_direct()? => {}
                 Err(failure) => {
                     let next = approach.next(&failure);
                     approach = next.unwrap_or(Approach::FIRST);
-                    if next.is_none() && !schedule.cut() {
+                    if next.is_none() && !steps.cut() {
                         let reason = failure.reason;
                         return Err(Error::Analysis(format!(
-                            "stage {}, step {step}: no equilibrium with the smallest step, {:.3e} of the stage after \
-                             {:.6}: {reason}",
+                            "stage {}, step {step}: no equilibrium with the smallest step, {}: {reason}",
                             stage.name,
-                            schedule.step_size(),
-                            from.fraction
+                            steps.describe_smallest()
                         )));
                     }
                 }
@@ -232,12 +243,12 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         &mut self,
         system: &StepSystem<D>,
         stage: &Stage,
-        schedule: &Schedule,
+        steps: &Steps,
         solution: Solution,
         last: bool,
         observer: &mut dyn Observer<C, D, N>,
     ) -> Result<(), Error> {
-        let acting = self.model.surface.acting(schedule.done());
+        let acting = self.model.surface.acting(steps.done());
         self.model.accept_gaps(system, &acting, &solution.increments);
         let mut platens = self.model.platen_forces(&acting);
         self.model.accept(
@@ -247,11 +258,11 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
             &system.active,
             &solution.increments,
         );
-        self.model.follow(schedule.start(), schedule.done());
+        self.model.follow(steps.start(), steps.done());
         self.counts.steps += 1;
         self.state = AnalysisState {
-            stage: schedule.done().stage,
-            schedule: schedule.clone(),
+            stage: steps.done().stage,
+            steps: steps.clone(),
             counts: self.counts.clone(),
             peak_force: self.state.peak_force.max(solution.force_scale),
             achieved_balance: self.state.achieved_balance,
@@ -260,14 +271,16 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         observer.accepted(&Accepted {
             step: self.counts.steps,
             stage,
-            time: schedule.done(),
-            step_size: schedule.last_size(),
+            time: steps.done(),
+            share: steps.share(),
+            step_size: steps.last_size(),
             newton_iterations: solution.iterations,
             force_residual: solution.force_residual,
             model: &self.model,
             state: &self.state,
             reactions: &reactions,
-            full_step: schedule.at_full_step(),
+            full_step: steps.at_full_step(),
+            ending: steps.describe_ending().as_deref(),
             last,
         })
     }
@@ -342,15 +355,52 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         ))
     }
 
+    /// What a solved step has reached, where the stage follows its path.
+    fn reached(&self, system: &StepSystem<D>, steps: &Steps, goal: Goal, solution: &Solution) -> Option<Reached> {
+        let (Steps::Path(_), Some(chosen)) = (steps, self.model.path_points) else {
+            return None;
+        };
+        let (world, points) = (&self.world, &self.model.points);
+        let measure = Measure::new(world, chosen, points);
+        let motion = measure.of_increments::<C, D, N>(&system.batches, &system.active, &solution.increments);
+        let mut displacement = measure.of(&points.displacement);
+        displacement.add(1.0, &motion);
+        let asked = match goal {
+            Goal::Time(time) => time.fraction,
+            Goal::Length(_) => steps.done().fraction,
+        };
+        Some(Reached {
+            load_factor: solution.load_factor.unwrap_or(asked),
+            length: motion.length(world),
+            displacement: displacement.length(world),
+        })
+    }
+
     /// One attempt at a step from the accepted state.
-    fn attempt(&mut self, system: &StepSystem<D>, from: Time, to: Time, approach: Approach) -> Result<Tried, Error> {
+    fn attempt(
+        &mut self,
+        system: &StepSystem<D>,
+        steps: &Steps,
+        goal: Goal,
+        approach: Approach,
+    ) -> Result<Tried, Error> {
         let clock = self.clock.clone();
         let searching = clock.enter(Phase::Search);
         self.prepare_solver(system)?;
+        let from = steps.done();
+        // What else than loads grows over a stage that follows its path is ruled out by the check of the scene.
+        let to = match goal {
+            Goal::Time(to) => to,
+            Goal::Length(_) => from,
+        };
         let nodes = &system.active.nodes;
         let mut prescribed = prescribe(&self.model.boundaries, self.model.initial_nodes(), nodes, N, from, to);
         let acting = self.model.surface.acting(to);
         prescribe_platens(&acting.ties, nodes, N, from, to, &mut prescribed);
+        let path = match goal {
+            Goal::Time(_) => None,
+            Goal::Length(length) => Some(self.length_step(system, steps, length, approach)?),
+        };
         let solver = self.solver.as_mut().expect("the solver was prepared");
         let external = external_forces(&self.session, &solver.layout, &self.model, system, to)?;
         let pushed = pressure_forces(&self.session, &solver.layout, &self.model, system, &acting)?;
@@ -364,17 +414,54 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
             system,
             &prescribed,
             &acting,
-            &external,
+            external,
             &pushed,
             &self.settings,
             self.state.peak_force,
             &self.interrupt,
         );
-        let tried = try_step(&self.session, solver, problem, approach.opening)?;
+        let tried = match &path {
+            Some(step) => try_length(&self.session, solver, problem, step)?,
+            None => try_step(&self.session, solver, problem, approach.opening)?,
+        };
         self.counts.attempts += 1;
         self.counts.newton_iterations += tried.records.len();
         self.counts.nonzeros = solver.newton.matrix().nonzeros()?;
         Ok(tried)
+    }
+
+    /// What a step of given length needs beside its problem.
+    fn length_step(
+        &self,
+        system: &StepSystem<D>,
+        steps: &Steps,
+        length: f64,
+        approach: Approach,
+    ) -> Result<LengthStep, Error> {
+        let solver = self.solver.as_ref().expect("the solver was prepared");
+        let at = |fraction| {
+            let stage = steps.done().stage;
+            external_forces(
+                &self.session,
+                &solver.layout,
+                &self.model,
+                system,
+                Time { stage, fraction },
+            )
+        };
+        let (fixed, full) = (at(0.0)?, at(1.0)?);
+        let points = &self.model.points;
+        let chosen = self.model.path_points.unwrap_or(PathPoints { bit: None });
+        let measure = Measure::new(&self.world, chosen, points);
+        Ok(LengthStep {
+            growing: full.iter().zip(&fixed).map(|(full, fixed)| full - fixed).collect(),
+            fixed,
+            start: steps.done().fraction,
+            length,
+            before: steps.has_direction().then(|| measure.of(&points.last_motion)),
+            measure,
+            approach,
+        })
     }
 
     /// Forces of the supports on each boundary's nodes, from the reactions on own unknowns, or on its points, where
@@ -393,6 +480,16 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         self.world.sum_slice(sums);
         platens.to_vec()
     }
+}
+
+/// A solution that is kept, or why it is not.
+fn accepted(solution: Solution, review: &Review) -> Result<Solution, Failure> {
+    let reason = match review {
+        Review::Accept => return Ok(solution),
+        Review::Close => "it goes beyond the full load; a step to exactly there takes its place",
+        Review::Refuse(reason) => reason,
+    };
+    Err(Failure::plain(reason.to_owned()))
 }
 
 /// Counts and numbers as PETSc has them.

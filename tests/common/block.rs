@@ -130,6 +130,7 @@ pub fn model<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         face_loads: Vec::new(),
         surface: Default::default(),
         ghost,
+        path_points: None,
     }
 }
 

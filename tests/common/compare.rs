@@ -64,13 +64,34 @@ impl Comparison {
 
 /// The same history: every quantity within a share of the largest magnitude of its column, the same steps.
 pub fn same_history(title: &str, obtained: &Table, expected: &Table, share: f64) {
+    same_columns(
+        title,
+        obtained,
+        expected,
+        &["step", "stage", "load_factor", "step_size"],
+    );
+    same_quantities(title, obtained, expected, &expected.quantities(), share);
+}
+
+/// As [`same_history`], for a path: its load factors are results.
+pub fn same_path(title: &str, obtained: &Table, expected: &Table, share: f64) {
+    same_columns(title, obtained, expected, &["step", "stage"]);
+    let mut quantities = expected.quantities();
+    quantities.extend(["load_factor", "step_size"]);
+    same_quantities(title, obtained, expected, &quantities, share);
+}
+
+fn same_columns(title: &str, obtained: &Table, expected: &Table, names: &[&str]) {
     assert_eq!(obtained.columns, expected.columns, "{title}");
     assert_eq!(obtained.rows.len(), expected.rows.len(), "{title}: number of rows");
-    for column in ["step", "stage", "load_factor", "step_size"] {
+    for column in names {
         assert_eq!(obtained.text(column), expected.text(column), "{title}: {column}");
     }
+}
+
+fn same_quantities(title: &str, obtained: &Table, expected: &Table, names: &[&str], share: f64) {
     let mut comparison = Comparison::new(title);
-    for name in expected.quantities() {
+    for &name in names {
         let (own, other) = (obtained.column(name), expected.column(name));
         let largest = other.iter().fold(0.0f64, |largest, value| largest.max(value.abs()));
         assert!(

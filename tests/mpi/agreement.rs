@@ -1,7 +1,7 @@
 //! One, two, three and four ranks give the same history.
 
 use super::scenes;
-use crate::common::compare::same_history;
+use crate::common::compare::{same_history, same_path};
 use crate::common::launch::{Launch, Run};
 
 /// Of the largest magnitude of a column.
@@ -64,6 +64,22 @@ fn on_sandstone_with_damage() {
 #[test]
 fn on_a_collapsing_classical_block() {
     ranks_agree(scenes::collapsing_block, &[2, 3]);
+}
+
+#[test]
+fn on_a_path_beyond_its_limit_point() {
+    let alone = scenes::softening_column().run().completed();
+    let factors = alone.history().column("load_factor");
+    assert!(
+        factors.windows(2).any(|pair| pair[1] < pair[0]),
+        "the load does not fall: {factors:?}"
+    );
+    for ranks in [2, 3] {
+        let together = scenes::softening_column().ranks(ranks).run().completed();
+        let title = format!("{ranks} ranks and one");
+        same_path(&title, &together.history(), &alone.history(), TOLERANCE);
+        same_counts(&together, &alone);
+    }
 }
 
 #[test]

@@ -17,6 +17,16 @@ pub fn collapsing_block() -> Launch {
     Launch::config("elastoplastic_collapse").set(&["solver.force_tolerance=1e-12"])
 }
 
+/// A column of soil beyond the largest weight that it carries.
+pub fn softening_column() -> Launch {
+    Launch::config("column_collapse_path").set(&[
+        "stages.0.control.arc_length.length=1.0e-2",
+        "stages.0.control.arc_length.max_steps=14",
+        "solver.force_tolerance=1e-11",
+        "solver.energy_tolerance=null",
+    ])
+}
+
 /// A block in space that is compressed and sheared until it yields: GIMPM and ghost penalty, 3 x 3 x 4 cells.
 pub fn block() -> Launch {
     Launch::text(

@@ -1,13 +1,17 @@
 //! A run goes on on other numbers of ranks, and with other kinds of bodies.
 
-use crate::common::compare::same_history;
+use crate::common::compare::{same_history, same_path};
 use crate::common::results::Table;
-use crate::scenes::{BIAXIAL, CLASSICAL, ELEMENTS, PLATEN, Runs, SANDSTONE, Scene};
+use crate::scenes::{BIAXIAL, CLASSICAL, ELEMENTS, PATH, PLATEN, Runs, SANDSTONE, Scene};
 
 /// Largest difference over the largest magnitude of a column.
 const AGREEMENT: f64 = 1e-8;
 
 fn stopped_and_continued(scene: Scene, rows: usize, from: usize, to: usize) {
+    stopped_and_compared(scene, rows, from, to, same_history);
+}
+
+fn stopped_and_compared(scene: Scene, rows: usize, from: usize, to: usize, same: fn(&str, &Table, &Table, share: f64)) {
     let runs = Runs::of(scene);
     let whole = runs.launch("whole", from).run().completed();
     runs.interrupt("part", from, rows);
@@ -22,7 +26,7 @@ fn stopped_and_continued(scene: Scene, rows: usize, from: usize, to: usize) {
         }
     }
     let [part_table, whole_table] = ["part", "whole"].map(|run| Table::read(&runs.file(run, "history.csv")));
-    same_history(&title, &part_table, &whole_table, AGREEMENT);
+    same(&title, &part_table, &whole_table, AGREEMENT);
     let (part, whole) = (part.summary(), whole.summary());
     assert_eq!(part.count("steps"), whole.count("steps"));
     assert_eq!(part.count("attempts"), whole.count("attempts"));
@@ -68,6 +72,13 @@ fn damage_on_splines() {
     stopped_and_continued(SANDSTONE, 9, 1, 1);
     stopped_and_continued(SANDSTONE, 9, 2, 2);
     stopped_and_continued(SANDSTONE, 9, 1, 2);
+}
+
+#[test]
+fn a_path_beyond_its_limit_point() {
+    for (from, to) in [(1, 1), (1, 2), (2, 1)] {
+        stopped_and_compared(PATH, 8, from, to, same_path);
+    }
 }
 
 /// Entries of the matrix that travel between the ranks, and migration: each sum in a fixed order.

@@ -58,6 +58,16 @@ pub const SANDSTONE: Scene = Scene {
     set: REPEATABLE,
 };
 
+/// A path beyond its limit point, whose direction the points remember.
+pub const PATH: Scene = Scene {
+    file: "configs/column_collapse_path.yaml",
+    set: &[
+        "stages.0.control.arc_length.length=1.0e-2",
+        "stages.0.control.arc_length.max_steps=14",
+        "output.checkpoint.every=100",
+    ],
+};
+
 /// A folder for all parts of a run.
 pub struct Runs {
     folder: Folder,

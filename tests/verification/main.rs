@@ -16,6 +16,7 @@ mod finite_elements;
 mod gosford;
 mod homogeneous_sandstone;
 mod manufactured;
+mod path;
 mod plane_and_space;
 mod plane_cantilever;
 mod prescribed_motion;

@@ -4,6 +4,7 @@
 
 mod body;
 mod boundary;
+mod control;
 mod grid;
 mod load;
 mod material;

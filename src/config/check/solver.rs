@@ -36,11 +36,14 @@ impl Check<'_> {
                 .as_ref()
                 .map(|keys| self.adaptive(&path.key("adaptive"), keys, config.stages[index].steps));
             right &= adaptive != Some(None);
+            let control = self.control(index);
+            right &= control.is_some();
             stages.push(Stage {
                 name: keys.name.clone(),
                 steps: keys.steps,
                 max_halvings: keys.max_halvings,
                 adaptive: adaptive.flatten(),
+                control: control.flatten(),
             });
         }
         right.then_some(stages)
