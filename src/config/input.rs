@@ -6,7 +6,7 @@ use super::decode::{Findings, decode};
 use super::file::{ConfigFile, PointFile, ShapeKeys};
 use super::point::{self, PointTask};
 use super::source::Source;
-use super::{check, overrides, tree};
+use super::{check, kind, overrides, tree};
 use crate::problem::Problem;
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -111,6 +111,13 @@ impl Input {
             .iter()
             .map(|problem| super::path::Path::parse(&problem.path))
             .collect();
+        if let Some(mark) = kind::mark_of_a_study(&root) {
+            let message = "this is a study, not a scene".to_owned();
+            let expected = format!("a scene; `mpm-petsc study {}` runs a study", self.file_name);
+            return Err(vec![
+                Source::new(&self.file_name, root).problem_with_file(&mark, message, expected),
+            ]);
+        }
         let mut findings = Findings { problems, unsound };
         overrides::apply(&mut root, &self.overrides, &mut findings);
         Ok((Source::new(&self.file_name, root), findings))

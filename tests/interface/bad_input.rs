@@ -33,6 +33,17 @@ fn a_missing_file() {
 }
 
 #[test]
+fn a_study_instead_of_a_scene() {
+    let study = crate::common::launch::config("studies/manufactured_rates");
+    let study = study.to_string_lossy();
+    for arguments in [&["run", &study], &["check", &study], &["point", &study]] {
+        let run = refused(Launch::arguments(arguments), &["this is a study, not a scene"]);
+        let hint = format!("`mpm-petsc study {study}` runs a study");
+        assert_eq!(run.complaints(&hint).len(), 1, "{}", run.stderr);
+    }
+}
+
+#[test]
 fn a_folder_instead_of_a_file() {
     refused(Launch::arguments(&["."]), &["this is a folder, not a file"]);
 }
