@@ -2,8 +2,10 @@
 //!
 //! Only one rank reads files. It sends the [`Input`] to the others, and every rank makes the same scene of it.
 
+use super::arguments::command_like;
 use super::decode::{Findings, decode};
 use super::file::{ConfigFile, PointFile, ShapeKeys};
+use super::nearest::did_you_mean;
 use super::point::{self, PointTask};
 use super::source::Source;
 use super::{check, kind, overrides, tree};
@@ -48,7 +50,8 @@ impl Input {
     /// The configuration cannot be read. What is wrong in it, or with the files it names, is left to [`Input::scene`].
     pub fn from_disk(file_name: &str, overrides: &[String]) -> Result<Input, Vec<Problem>> {
         let text = read_text(Path::new(file_name), MAXIMUM_CONFIGURATION).map_err(|reason| {
-            let (file, message) = (file_name.to_owned(), reason);
+            // A command that takes no file is taken for one where it is misspelled.
+            let (file, message) = (file_name.to_owned(), reason + &did_you_mean(command_like(file_name)));
             let expected = "a configuration in YAML".to_owned();
             vec![Problem {
                 file,

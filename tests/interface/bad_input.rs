@@ -33,6 +33,14 @@ fn a_missing_file() {
 }
 
 #[test]
+fn a_misspelled_command() {
+    let check = Launch::arguments(&["chek", "absent.yaml"]);
+    refused(check, &["error: unknown command \"chek\", did you mean \"check\"?"]);
+    let schema = Launch::arguments(&["shema"]);
+    refused(schema, &["shema: there is no such file, did you mean \"schema\"?"]);
+}
+
+#[test]
 fn a_study_instead_of_a_scene() {
     let study = crate::common::launch::config("studies/manufactured_rates");
     let study = study.to_string_lossy();
