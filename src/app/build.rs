@@ -511,7 +511,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Built<C, D, N> {
         for (body, count) in scene.bodies.iter().zip(&self.points_per_body) {
             lines.push(format!("  {}: {count}", body.name));
         }
-        lines.extend(estimates(self.nodes * N, self.points, scene));
+        lines.extend(estimates(self.nodes * N, N, self.points, scene));
         for stage in &scene.stages {
             lines.push(format!("stage {}: {} steps", stage.name, stage.steps));
         }

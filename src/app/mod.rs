@@ -4,6 +4,7 @@ mod advice;
 mod build;
 mod checkpoint;
 mod columns;
+mod cost;
 mod facts;
 mod point;
 mod recorder;
