@@ -99,8 +99,15 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         }
     };
     let (active_cells, nodes, own_nodes) = (survey.active_cells, survey.nodes.total(), survey.nodes.own().to_vec());
-    check_penalties(world, scene, source, &mut model, survey, &mut problems);
-    let warnings = check_boundaries(world, scene, source, &model, &own_nodes, &mut problems);
+    let mut warnings = check_penalties(world, scene, source, &mut model, survey, &mut problems);
+    warnings.extend(check_boundaries(
+        world,
+        scene,
+        source,
+        &model,
+        &own_nodes,
+        &mut problems,
+    ));
     if !problems.is_empty() {
         return Err(Error::Configuration(problems));
     }
@@ -393,7 +400,13 @@ fn locate<C: Fields<D, N>, const D: usize, const N: usize>(
     model.survey(world, 0).map_err(describe)
 }
 
-/// Round-off of a spring, whose two ends move nearly alike, must not exceed what equilibrium is solved to.
+/// Share of `tolerance / precision` times the stiffness from which on no spring was solved, and from which on some were
+/// not: the more points, the sooner (docs/theory.md, "How stiff").
+const HOPELESS_PENALTY: f64 = 0.2;
+const DOUBTFUL_PENALTY: f64 = 0.01;
+
+/// Round-off of a spring, whose two ends move nearly alike, must not exceed what equilibrium is solved to. Returns warnings
+/// about springs that come near it.
 fn check_penalties<C: Fields<D, N>, const D: usize, const N: usize>(
     world: &World,
     scene: &Scene,
@@ -401,15 +414,17 @@ fn check_penalties<C: Fields<D, N>, const D: usize, const N: usize>(
     model: &mut Model<C, D, N>,
     survey: Survey<D>,
     problems: &mut Vec<Problem>,
-) {
+) -> Vec<String> {
     if model.surface.ties.is_empty() {
-        return;
+        return Vec::new();
     }
     let largest = stiffest(world, model, survey);
     let ratio = scene.solver.force_tolerance / f64::EPSILON;
+    let mut doubtful: Vec<(String, f64)> = Vec::new();
     for tie in &model.surface.ties {
         let kind = usize::from(!C::IS_TRANSLATION[tie.component]);
-        let most = ratio * largest[kind];
+        let most = HOPELESS_PENALTY * ratio * largest[kind];
+        let safe = DOUBTFUL_PENALTY * ratio * largest[kind];
         let path = format!("boundary[{}].penalty", tie.boundary);
         let known = problems.iter().any(|problem| problem.path == path);
         if tie.penalty > most && !known {
@@ -421,8 +436,14 @@ fn check_penalties<C: Fields<D, N>, const D: usize, const N: usize>(
                 C::UNKNOWNS[tie.component]
             );
             problems.push(source.problem(&path, message, format!("a number > 0 and <= {most:.3e}")));
+        } else if tie.penalty > safe && doubtful.iter().all(|(known, _)| *known != path) {
+            doubtful.push((path, safe));
         }
     }
+    let warning = |(path, safe): (String, f64)| {
+        format!("{path}: its round-off may keep steps from solver.force_tolerance; up to {safe:.1e} is safe")
+    };
+    doubtful.into_iter().map(warning).collect()
 }
 
 /// Largest entry on the diagonal of the initial stiffness, for translations and for the other unknowns.

@@ -132,6 +132,22 @@ fn a_penalty_that_is_too_large() {
     }
 }
 
+/// What is accepted but near the limit gives a warning, and far below it nothing.
+#[test]
+fn a_penalty_that_is_doubtful() {
+    let check = |penalty: f64| {
+        let points = format!("selection: {{layer: {{body: block, face: y_max}}}}, penalty: {penalty:e}, fix");
+        let launch = Launch::text(&with("face: y_max, fix", &points)).no_output();
+        launch.checking().run()
+    };
+    let refused = check(1.0e20).expect_code(2);
+    let (_, limit) = refused.stderr.split_once("a number > 0 and <= ").expect("a limit");
+    let limit: f64 = limit.trim_end().trim_end_matches(')').parse().expect("a number");
+    let warning = "warning: boundary[1].penalty: its round-off may keep steps from solver.force_tolerance";
+    let accepted = |penalty| check(penalty).completed().stdout.matches(warning).count();
+    assert_eq!([0.5, 0.02].map(|share| accepted(share * limit)), [1, 0]);
+}
+
 /// The body is thinner than half the distance of its points: it has none, and what stands on it has none either.
 #[test]
 fn a_surface_that_nothing_has() {
