@@ -180,6 +180,19 @@ fn wrong_studies_are_refused_with_place_and_hint() {
 }
 
 #[test]
+fn a_scene_instead_of_a_study_is_one_problem() {
+    let case = Case::new("");
+    let scene = case.path("block.yaml");
+    let run = study(&scene, &case.path("out"), &["--dry-run"]).expect_code(2);
+    let message = format!(
+        "block.yaml:4:1: this is a scene, not a study (accepted: a study; `mpm-petsc {}`",
+        scene.display()
+    );
+    assert!(run.stderr.contains(&message), "{}", run.stderr);
+    assert_eq!(run.stderr.matches("error: ").count(), 1, "{}", run.stderr);
+}
+
+#[test]
 fn all_problems_are_found_in_one_pass() {
     let text = "ranks: 0\nvary:\n  - {key: grid.basis, values: [gimpp]}\nmeasure:\n  - {name: a, lst: base}";
     let run = Case::new(text).run(&["--dry-run"]).expect_code(2);

@@ -1,10 +1,12 @@
 //! What `check` estimates, and where a scene models more than it needs.
 
 use super::build::Built;
+use super::cost::SystemSize;
 use super::symmetry;
 use crate::condition::dirichlet::{Boundary, GridPlane};
 use crate::continuum::Fields;
 use crate::material::spec::MaterialSpec;
+use crate::petsc::LinearSolver;
 use crate::points::seed::PointSource;
 use crate::scene::{Kinematics, LoadKind, Scene};
 use crate::solve::settings::Stage;
@@ -18,38 +20,13 @@ const FINE_CELLS: f64 = 20.0;
 /// Newton iterations of a step, as most scenes take.
 const ITERATIONS_PER_STEP: f64 = 5.0;
 
-/// What a direct solution takes, as an estimate.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SolverCost {
-    /// Memory of the factors and of the work on them [MB], all ranks together.
-    pub memory: f64,
-    /// Time of a factorisation on one rank [s].
-    pub seconds: f64,
-}
-
-impl SolverCost {
-    /// Nested dissection of a compact body with so many unknowns has `13 n log2 n` entries in its factors in the plane and
-    /// `55 n^(4/3)` in space, with 10 bytes an entry for all that MUMPS keeps: fitted to biaxial scenes of 2 583 to 39 123
-    /// unknowns and to cubes of 4 374 to 29 478 (docs/performance.md). A slender body in space takes a fraction of it.
-    pub fn of(unknowns: f64, dimension: usize) -> Self {
-        let (entries, seconds_per_entry) = match dimension {
-            2 => (13.0 * unknowns * unknowns.max(2.0).log2(), 1e-7),
-            _ => (55.0 * unknowns.powf(4.0 / 3.0), 2e-7),
-        };
-        Self {
-            memory: 10.0 * entries / 1e6,
-            seconds: entries * seconds_per_entry,
-        }
-    }
-}
-
 /// Lines about the size of a run: steps, memory of the solver, and the order of its time.
-pub fn estimates(unknowns: usize, points: u64, scene: &Scene) -> Vec<String> {
+pub fn estimates(unknowns: usize, unknowns_per_node: usize, points: u64, scene: &Scene) -> Vec<String> {
     let dimension = scene.kinematics.dimension();
-    let cost = SolverCost::of(unknowns as f64, dimension);
+    let size = SystemSize::of(scene, unknowns, unknowns_per_node);
     let steps: usize = scene.stages.iter().map(Stage::full_steps).sum();
     let per_point = if dimension == 2 { 5e-6 } else { 2e-5 };
-    let per_iteration = cost.seconds + per_point * points as f64;
+    let per_iteration = size.direct_seconds() + per_point * points as f64;
     let seconds = per_iteration * ITERATIONS_PER_STEP * steps as f64;
     let class = match seconds {
         ..60.0 => "seconds",
@@ -59,12 +36,36 @@ pub fn estimates(unknowns: usize, points: u64, scene: &Scene) -> Vec<String> {
     };
     vec![
         format!("steps               {steps}"),
-        format!(
-            "solver memory       about {} MB in all (estimate for a direct solution of a compact body)",
-            cost.memory.max(1.0).round()
-        ),
+        solver_memory(&size, scene),
         format!("cost class          {class} (rough estimate for one rank)"),
     ]
+}
+
+/// The memory of the solver that is taken; beside an iterative one, that of the direct solver too, to which `auto` may
+/// change.
+fn solver_memory(size: &SystemSize, scene: &Scene) -> String {
+    let megabytes = |memory: f64| memory.max(1.0).round();
+    let direct = megabytes(size.direct_memory());
+    match scene.solver.linear_solver(size.unknowns as usize, size.dimension) {
+        LinearSolver::Direct => {
+            format!("solver memory       about {direct} MB in all (estimate for a direct solution of a compact body)")
+        }
+        LinearSolver::Iterative { .. } => format!(
+            "solver memory       about {} MB in all (estimate for the iterative solver, which solver.method takes here; \
+             about {direct} MB for a direct solution of a compact body)",
+            megabytes(size.iterative_memory())
+        ),
+    }
+}
+
+/// A length for a message: four digits tell enough, and hide the round-off of a division.
+pub fn length(metres: f64) -> String {
+    let rounded: f64 = format!("{metres:.3e}").parse().unwrap_or(metres);
+    match rounded.abs() {
+        1e-4..1e6 => format!("{rounded}"),
+        _ if rounded == 0.0 => "0".to_owned(),
+        _ => format!("{rounded:e}"),
+    }
 }
 
 /// Where a scene models more than it needs, or resolves less than it says.
@@ -164,18 +165,29 @@ fn cells_and_lengths(scene: &Scene) -> Vec<String> {
         let MaterialSpec::Elastoplastic(_, plastic) = &material.spec else {
             continue;
         };
-        let (name, length) = (&material.name, plastic.plastic_length);
-        if largest > length {
-            advice.push(format!(
-                "the cells of {largest} m are larger than the internal length of {name}, plastic_length {length} m: a shear \
-                 band is not resolved; its width then follows the cells"
-            ));
-        } else if smallest * FINE_CELLS < length {
-            advice.push(format!(
-                "the cells of {smallest} m are far smaller than the internal length of {name}, plastic_length {length} m: \
-                 larger ones resolve a shear band as well"
-            ));
-        }
+        let (name, internal) = (&material.name, plastic.plastic_length);
+        let (cells, verdict) = if largest > internal {
+            let verdict = "larger than the internal length of";
+            (
+                largest,
+                [
+                    verdict,
+                    "a shear band is not resolved; its width then follows the cells",
+                ],
+            )
+        } else if smallest * FINE_CELLS < internal {
+            let verdict = "far smaller than the internal length of";
+            (smallest, [verdict, "larger ones resolve a shear band as well"])
+        } else {
+            continue;
+        };
+        advice.push(format!(
+            "the cells of {} m are {} {name}, plastic_length {} m: {}",
+            length(cells),
+            verdict[0],
+            length(internal),
+            verdict[1]
+        ));
     }
     advice
 }
@@ -191,17 +203,19 @@ fn too_many_points(points: u64, active_cells: u64) -> Option<String> {
 mod tests {
     use super::*;
 
-    /// MUMPS' own count of what it used, by `-ksp_view` (docs/performance.md).
     #[test]
-    fn memory_is_estimated_within_a_factor_of_two() {
-        for (unknowns, dimension, measured) in [
-            (2_583.0, 2, 4.0),
-            (39_123.0, 2, 83.0),
-            (4_374.0, 3, 37.0),
-            (29_478.0, 3, 514.0),
+    fn lengths_have_four_digits_at_most() {
+        for (metres, text) in [
+            (0.00125000000000002, "0.00125"),
+            (0.1 / 3.0, "0.03333"),
+            (2.0, "2"),
+            (-0.05, "-0.05"),
+            (0.0, "0"),
+            (12_345.6, "12350"),
+            (1.0e-6 / 3.0, "3.333e-7"),
+            (2.5e7, "2.5e7"),
         ] {
-            let ratio = SolverCost::of(unknowns, dimension).memory / measured;
-            assert!((0.5..2.0).contains(&ratio), "{unknowns}: {ratio}");
+            assert_eq!(length(metres), text);
         }
     }
 }

@@ -5,7 +5,7 @@ use super::advice::{advice, estimates};
 use super::columns::Column;
 use crate::assembly::Sink;
 use crate::assembly::kernel::Workspace;
-use crate::assembly::model::{Model, StepSystem};
+use crate::assembly::model::{Model, Survey};
 use crate::assembly::motion::PathPoints;
 use crate::assembly::penalty::GhostPenalty;
 use crate::assembly::surface::SurfaceConditions;
@@ -16,7 +16,6 @@ use crate::condition::pressure::{Patch, Pressure, Side};
 use crate::condition::weak::{slots, ties};
 use crate::config::Source;
 use crate::continuum::Fields;
-use crate::continuum::total_length;
 use crate::error::Error;
 use crate::grid::Grid;
 use crate::grid::mesh::MeshFace;
@@ -33,7 +32,7 @@ use crate::verification::Solution;
 use nalgebra::Vector3;
 use std::rc::Rc;
 
-/// A model in its initial state, with facts for header, check and history.
+/// A model in its initial state, its points without histories, with facts for header, check and history.
 pub struct Built<C: Fields<D, N>, const D: usize, const N: usize> {
     pub model: Model<C, D, N>,
     pub columns: Vec<Column>,
@@ -61,11 +60,6 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         .iter()
         .map(|material| C::law(&material.spec, components))
         .collect();
-    let state_length = laws
-        .iter()
-        .map(|law| total_length(law.state_variables()))
-        .max()
-        .unwrap_or(0);
     let settings = &scene.grid;
     let basis = settings.basis.functions();
     let grid = Grid {
@@ -74,10 +68,7 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         cells: std::array::from_fn(|k| settings.cells[k]),
         order: basis.order(),
     };
-    let (points, points_per_body) = {
-        let virgin = |material: usize, state: &mut [f64]| laws[material].initial_state(state);
-        seed(world, &grid, &scene.bodies, &scene.regions, state_length, virgin)
-    };
+    let (points, points_per_body) = seed(world, &grid, &scene.bodies, &scene.regions);
     let ghost = scene.ghost.as_ref().map(|ghost| GhostPenalty::new(ghost, &C::KIND));
     let mut model = Model {
         initial_grid: grid.clone(),
@@ -102,31 +93,36 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
             .loads
             .push(manufactured_load(solution, C::IS_TRANSLATION.to_vec()));
     }
-    let system = match locate(world, source, &mut model) {
-        Ok(system) => Some(system),
+    let survey = match locate(world, source, &mut model) {
+        Ok(survey) => survey,
         Err(problem) => {
             problems.push(problem);
-            None
+            return Err(Error::Configuration(problems));
         }
     };
-    let mut warnings = Vec::new();
-    if let Some(system) = &system {
-        check_penalties(world, scene, source, &mut model, system, &mut problems);
-        check_boundaries(world, scene, source, &model, system, &mut problems, &mut warnings);
+    let (active_cells, nodes, own_nodes) = (survey.active_cells, survey.nodes.total(), survey.nodes.own().to_vec());
+    let mut warnings = check_penalties(world, scene, source, &mut model, survey, &mut problems);
+    warnings.extend(check_boundaries(
+        world,
+        scene,
+        source,
+        &model,
+        &own_nodes,
+        &mut problems,
+    ));
+    if !problems.is_empty() {
+        return Err(Error::Configuration(problems));
     }
-    match system {
-        Some(system) if problems.is_empty() => Ok(Built {
-            model,
-            columns,
-            points: points_per_body.iter().sum(),
-            points_per_body,
-            active_cells: system.active_cells,
-            nodes: system.active.total,
-            own_nodes: system.active.nodes[..system.active.owned].to_vec(),
-            warnings,
-        }),
-        _ => Err(Error::Configuration(problems)),
-    }
+    Ok(Built {
+        model,
+        columns,
+        points: points_per_body.iter().sum(),
+        points_per_body,
+        active_cells,
+        nodes,
+        own_nodes,
+        warnings,
+    })
 }
 
 /// The mesh of the scene, which is that of its only body.
@@ -414,7 +410,7 @@ fn locate<C: Fields<D, N>, const D: usize, const N: usize>(
     world: &World,
     source: &Source,
     model: &mut Model<C, D, N>,
-) -> Result<StepSystem<D>, Problem> {
+) -> Result<Survey<D>, Problem> {
     let describe = |misplaced: Misplaced| {
         let message = format!("point {} of the body: {}", misplaced.id, misplaced.what);
         source.problem(
@@ -424,26 +420,34 @@ fn locate<C: Fields<D, N>, const D: usize, const N: usize>(
         )
     };
     model.gather_cells(world).map_err(describe)?;
-    model.search(world, 0).map_err(describe)
+    model.survey(world, 0).map_err(describe)
 }
 
-/// Round-off of a spring, whose two ends move nearly alike, must not exceed what equilibrium is solved to.
+/// Share of `tolerance / precision` times the stiffness from which on no spring was solved, and from which on some were
+/// not: the more points, the sooner (docs/theory.md, "How stiff").
+const HOPELESS_PENALTY: f64 = 0.2;
+const DOUBTFUL_PENALTY: f64 = 0.01;
+
+/// Round-off of a spring, whose two ends move nearly alike, must not exceed what equilibrium is solved to. Returns warnings
+/// about springs that come near it.
 fn check_penalties<C: Fields<D, N>, const D: usize, const N: usize>(
     world: &World,
     scene: &Scene,
     source: &Source,
     model: &mut Model<C, D, N>,
-    system: &StepSystem<D>,
+    survey: Survey<D>,
     problems: &mut Vec<Problem>,
-) {
+) -> Vec<String> {
     if model.surface.ties.is_empty() {
-        return;
+        return Vec::new();
     }
-    let largest = stiffest(world, model, system);
+    let largest = stiffest(world, model, survey);
     let ratio = scene.solver.force_tolerance / f64::EPSILON;
+    let mut doubtful: Vec<(String, f64)> = Vec::new();
     for tie in &model.surface.ties {
         let kind = usize::from(!C::IS_TRANSLATION[tie.component]);
-        let most = ratio * largest[kind];
+        let most = HOPELESS_PENALTY * ratio * largest[kind];
+        let safe = DOUBTFUL_PENALTY * ratio * largest[kind];
         let path = format!("boundary[{}].penalty", tie.boundary);
         let known = problems.iter().any(|problem| problem.path == path);
         if tie.penalty > most && !known {
@@ -455,16 +459,24 @@ fn check_penalties<C: Fields<D, N>, const D: usize, const N: usize>(
                 C::UNKNOWNS[tie.component]
             );
             problems.push(source.problem(&path, message, format!("a number > 0 and <= {most:.3e}")));
+        } else if tie.penalty > safe && doubtful.iter().all(|(known, _)| *known != path) {
+            doubtful.push((path, safe));
         }
     }
+    let warning = |(path, safe): (String, f64)| {
+        format!("{path}: its round-off may keep steps from solver.force_tolerance; up to {safe:.1e} is safe")
+    };
+    doubtful.into_iter().map(warning).collect()
 }
 
 /// Largest entry on the diagonal of the initial stiffness, for translations and for the other unknowns.
 fn stiffest<C: Fields<D, N>, const D: usize, const N: usize>(
     world: &World,
     model: &mut Model<C, D, N>,
-    system: &StepSystem<D>,
+    survey: Survey<D>,
 ) -> [f64; 2] {
+    model.start_histories();
+    let system = &model.complete(world, survey);
     let zero = vec![0.0; system.active.nodes.len() * N];
     let mut diagonal = Diagonal {
         unknowns: N,
@@ -508,15 +520,14 @@ fn check_boundaries<C: Fields<D, N>, const D: usize, const N: usize>(
     scene: &Scene,
     source: &Source,
     model: &Model<C, D, N>,
-    system: &StepSystem<D>,
+    own_nodes: &[u64],
     problems: &mut Vec<Problem>,
-    warnings: &mut Vec<String>,
-) {
-    let active = &system.active;
+) -> Vec<String> {
+    let mut warnings = Vec::new();
     for (index, boundary) in scene.boundaries.iter().enumerate() {
         let Place::Nodes(place) = &boundary.place else { continue };
         let holds = |&key: &u64| place.holds(model.initial_nodes(), key);
-        if world.any(active.nodes[..active.owned].iter().any(holds)) {
+        if world.any(own_nodes.iter().any(holds)) {
             continue;
         }
         let path = format!("boundary[{index}]");
@@ -530,6 +541,7 @@ fn check_boundaries<C: Fields<D, N>, const D: usize, const N: usize>(
             ));
         }
     }
+    warnings
 }
 
 impl<C: Fields<D, N>, const D: usize, const N: usize> Built<C, D, N> {
@@ -544,7 +556,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Built<C, D, N> {
         for (body, count) in scene.bodies.iter().zip(&self.points_per_body) {
             lines.push(format!("  {}: {count}", body.name));
         }
-        lines.extend(estimates(self.nodes * N, self.points, scene));
+        lines.extend(estimates(self.nodes * N, N, self.points, scene));
         for stage in &scene.stages {
             let steps = stage.full_steps();
             lines.push(match stage.control {

@@ -4,6 +4,7 @@ mod advice;
 mod build;
 mod checkpoint;
 mod columns;
+mod cost;
 mod facts;
 mod point;
 mod recorder;
@@ -201,6 +202,7 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
     clock: &Rc<Clock>,
 ) -> Result<(), Error> {
     let interrupt = Interrupt::catch().map_err(|error| Error::System(format!("cannot catch signals: {error}")))?;
+    built.model.start_histories();
     let saved = if restart {
         Some(checkpoint::load(world, scene, source, &mut built)?)
     } else {

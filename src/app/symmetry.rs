@@ -1,6 +1,7 @@
 //! Whether half of a scene would tell as much as the whole: points, nodes with their conditions, and loads against their
 //! mirror images about the middle of the body.
 
+use super::advice::length;
 use super::build::Built;
 use crate::continuum::Fields;
 use crate::scene::{LoadKind, Scene, Target};
@@ -33,9 +34,9 @@ pub fn symmetric_halves<C: Fields<D, N>, const D: usize, const N: usize>(
         .filter(|&component| mirror.turns::<C, D, N>(component))
         .map(|k| C::UNKNOWNS[k])
         .collect();
-    let name = ["x", "y", "z"][axis];
+    let (name, at) = (["x", "y", "z"][axis], length(at));
     Some(format!(
-        "geometry, materials and conditions are mirror-symmetric about {name} = {at:.6}: half of the model with fix: [{}] on \
+        "geometry, materials and conditions are mirror-symmetric about {name} = {at}: half of the model with fix: [{}] on \
          that plane gives the same, unless a band of localised strain breaks the symmetry",
         held.join(", ")
     ))

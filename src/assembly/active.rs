@@ -85,8 +85,15 @@ impl Cliques {
     }
 }
 
-impl Active {
-    /// Collective. Numbers the nodes seen by points or penalised faces, and platens, and finds which of them are coupled.
+/// The nodes seen by points or penalised faces, and platens, numbered over the ranks; which of them are coupled is open.
+pub struct ActiveNodes {
+    /// Keys of the nodes that this rank sees, sorted.
+    keys: Vec<u64>,
+    numbering: Numbering,
+}
+
+impl ActiveNodes {
+    /// Collective. Finds and numbers the nodes.
     pub fn new<const D: usize>(
         world: &World,
         grid: &Grid<D>,
@@ -94,19 +101,43 @@ impl Active {
         ghost: &GhostFaces<D>,
         platens: &Platens,
     ) -> Self {
-        let supports = || {
-            batches
-                .batches
-                .iter()
-                .map(|batch| batch.support)
-                .chain(ghost.faces.iter().map(|face| face.support))
-        };
         let mut keys = Vec::new();
-        supports().for_each(|support| support.for_each_node(|node| keys.push(grid.node_key(node))));
+        supports(batches, ghost).for_each(|support| support.for_each_node(|node| keys.push(grid.node_key(node))));
         keys.extend(platens.batches.iter().map(|&(key, _)| key));
         keys.sort_unstable();
         keys.dedup();
         let numbering = Numbering::new(world, &keys);
+        Self { keys, numbering }
+    }
+
+    /// Keys of the nodes that this rank owns, sorted.
+    pub fn own(&self) -> &[u64] {
+        self.numbering.own()
+    }
+
+    /// Nodes on all ranks.
+    pub fn total(&self) -> usize {
+        self.numbering.total
+    }
+}
+
+/// Supports of batches and, behind them, of penalised faces.
+fn supports<const D: usize>(batches: &Batches<D>, ghost: &GhostFaces<D>) -> impl Iterator<Item = Support<D>> {
+    let of_batches = batches.batches.iter().map(|batch| batch.support);
+    of_batches.chain(ghost.faces.iter().map(|face| face.support))
+}
+
+impl Active {
+    /// Collective. Finds which of the active nodes are coupled.
+    pub fn new<const D: usize>(
+        world: &World,
+        grid: &Grid<D>,
+        batches: &Batches<D>,
+        ghost: &GhostFaces<D>,
+        platens: &Platens,
+        active: ActiveNodes,
+    ) -> Self {
+        let ActiveNodes { keys, numbering } = active;
         let numbered: Vec<Numbered> = numbering
             .look_up(world, &keys)
             .into_iter()
@@ -122,7 +153,7 @@ impl Active {
             .iter()
             .enumerate()
             .for_each(|(position, &k)| local[k] = position as u32);
-        let mut cliques = cliques(grid, supports(), &keys, &local);
+        let mut cliques = cliques(grid, supports(batches, ghost), &keys, &local);
         let platens = cliques.add_platens(platens, &keys, &local);
         let rows = block_rows(world, &cliques, &global, &owners, numbering.first, numbering.owned());
         let own = |column: &&usize| (numbering.first..numbering.first + numbering.owned()).contains(column);

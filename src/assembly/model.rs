@@ -1,6 +1,6 @@
 //! The model in motion: grid, basis, laws, points and what acts on them.
 
-use crate::assembly::active::Active;
+use crate::assembly::active::{Active, ActiveNodes, Platens};
 use crate::assembly::kernel::{Workspace, jet};
 use crate::assembly::motion::PathPoints;
 use crate::assembly::penalty::GhostPenalty;
@@ -9,8 +9,8 @@ use crate::condition::Time;
 use crate::condition::dirichlet::{Boundary, GridPlane, plane_increment};
 use crate::condition::load::{DeadLoad, FaceLoad};
 use crate::condition::weak::platen_of;
-use crate::continuum::Fields;
-use crate::grid::basis::Basis;
+use crate::continuum::{Fields, total_length};
+use crate::grid::basis::{self, Basis};
 use crate::grid::ghost::GhostFaces;
 use crate::grid::{Grid, InitialNodes};
 use crate::material::Material;
@@ -53,6 +53,16 @@ pub struct ModelState {
     pub grid_min: Vec<f64>,
     /// Edges of its cells [m].
     pub cell_size: Vec<f64>,
+}
+
+/// Where the points stand on the grid at the start of a step: all that a check needs to know.
+pub struct Survey<const D: usize> {
+    batches: Batches<D>,
+    faces: GhostFaces<D>,
+    platens: Platens,
+    pub nodes: ActiveNodes,
+    /// Cells touched by a domain, on all ranks.
+    pub active_cells: u64,
 }
 
 /// What the points see of the grid at the start of a step; it does not change while the step is solved.
@@ -99,6 +109,15 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Model<C, D, N> {
     /// # Errors
     /// A point that the grid cannot carry, known to every rank.
     pub fn search(&mut self, world: &World, stage: usize) -> Result<StepSystem<D>, Misplaced> {
+        let survey = self.survey(world, stage)?;
+        Ok(self.complete(world, survey))
+    }
+
+    /// Collective. As [`Model::search`], without what only a solution needs: basis values and couplings.
+    ///
+    /// # Errors
+    /// A point that the grid cannot carry, known to every rank.
+    pub fn survey(&mut self, world: &World, stage: usize) -> Result<Survey<D>, Misplaced> {
         let batches = match &self.elements {
             Some(elements) => search_elements(elements, &mut self.points),
             None => agree_on_place(world, search(&self.grid, self.basis.as_ref(), &mut self.points))?,
@@ -109,18 +128,53 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Model<C, D, N> {
             None => GhostFaces::none(),
         };
         let platens = self.surface.platens(&batches, &self.points, stage);
-        let active = Active::new(world, &self.grid, &batches, &faces, &platens);
-        let surface = self
-            .surface
-            .find(&self.grid, self.basis.as_ref(), &batches, &self.points);
+        let nodes = ActiveNodes::new(world, &self.grid, &batches, &faces, &platens);
         let active_cells = Numbering::new(world, &touched).total as u64;
-        Ok(StepSystem {
+        Ok(Survey {
+            batches,
+            faces,
+            platens,
+            nodes,
+            active_cells,
+        })
+    }
+
+    /// Collective. What a solution needs beside a survey; the points have histories.
+    pub fn complete(&self, world: &World, survey: Survey<D>) -> StepSystem<D> {
+        let Survey {
+            mut batches,
+            faces,
+            platens,
+            nodes,
+            active_cells,
+        } = survey;
+        let (grid, basis, points) = (&self.grid, self.basis.as_ref(), &self.points);
+        match &self.elements {
+            Some(elements) => batches.evaluate(|p, support, out| {
+                elements.evaluate(points.id[p], support, out);
+            }),
+            None => batches.evaluate(|p, support, out| {
+                basis::evaluate(basis, grid, support, &points.position[p], &points.half_lengths[p], out);
+            }),
+        }
+        let active = Active::new(world, grid, &batches, &faces, &platens, nodes);
+        let surface = self.surface.find(grid, basis, &batches, points);
+        StepSystem {
             batches,
             faces,
             active,
             surface,
             active_cells,
-        })
+        }
+    }
+
+    /// Gives points that were only placed so far the histories of the initial state, as the laws have it.
+    pub fn start_histories(&mut self) {
+        let laws = &self.laws;
+        let lengths = laws.iter().map(|law| total_length(law.state_variables()));
+        let longest = lengths.max().unwrap_or(0);
+        self.points
+            .start_histories(longest, |material, state| laws[material].initial_state(state));
     }
 
     /// Moves the face that the grid follows by what was prescribed in a step; stretches the cells of its axis evenly.

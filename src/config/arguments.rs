@@ -1,7 +1,9 @@
 //! The command line.
 
+use super::nearest::{did_you_mean, nearest};
+use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, Parser, Subcommand};
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
@@ -169,12 +171,11 @@ pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Command, E
             code: 2,
         });
     }
-    let line = CommandLine::try_parse_from(arguments).map_err(|error| {
+    let line = CommandLine::try_parse_from(&arguments).map_err(|error| {
         let code = if error.use_stderr() { 2 } else { 0 };
-        Exit {
-            message: error.render().to_string(),
-            code,
-        }
+        let message = misspelled(&arguments[1], error.kind());
+        let message = message.unwrap_or_else(|| error.render().to_string());
+        Exit { message, code }
     })?;
     match line {
         CommandLine { version: true, .. } => Ok(Command::Version),
@@ -223,6 +224,22 @@ pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Command, E
             })
         }
     }
+}
+
+/// The command that a word was probably meant to be: a file has a dot or a slash in its name.
+pub fn command_like(word: &str) -> Option<&'static str> {
+    const COMMANDS: [&str; 7] = ["run", "check", "point", "report", "study", "schema", "init"];
+    nearest(word, COMMANDS).filter(|_| !word.contains(['.', '/']))
+}
+
+/// What to say where a misspelled command was taken for the configuration of a run, which has one argument only.
+fn misspelled(word: &OsStr, error: ErrorKind) -> Option<String> {
+    let word = word.to_str().filter(|_| error == ErrorKind::UnknownArgument)?;
+    let suggestion = command_like(word)?;
+    let (hint, usage) = (did_you_mean(Some(suggestion)), CommandLine::command().render_usage());
+    Some(format!(
+        "error: unknown command \"{word}\"{hint}\n\n{usage}\n\nFor more information, try '--help'.\n"
+    ))
 }
 
 fn assignment(text: &str) -> Result<String, String> {
@@ -275,6 +292,33 @@ mod tests {
         assert_eq!(
             read("mpm-petsc init slope"),
             Ok(Command::Init(Some("slope".to_owned())))
+        );
+    }
+
+    #[test]
+    fn misspelled_commands_are_told_from_files() {
+        for (line, hint) in [
+            (
+                "mpm-petsc chek a.yaml",
+                "unknown command \"chek\", did you mean \"check\"?",
+            ),
+            ("mpm-petsc Study a.yaml --jobs 2", "did you mean \"study\"?"),
+            ("mpm-petsc a.yaml b.yaml", "unexpected argument 'b.yaml'"),
+            ("mpm-petsc ./chek b.yaml", "unexpected argument 'b.yaml'"),
+        ] {
+            let exit = read(line).expect_err(line);
+            assert_eq!(exit.code, 2);
+            assert!(exit.message.contains(hint), "{line}: {}", exit.message);
+        }
+        assert_eq!(run("mpm-petsc chek").config, "chek");
+        assert_eq!(command_like("shema"), Some("schema"));
+        let commands: Vec<_> = CommandLine::command()
+            .get_subcommands()
+            .map(|c| c.get_name().to_owned())
+            .collect();
+        assert!(
+            commands.iter().all(|name| command_like(name) == Some(name)),
+            "{commands:?}"
         );
     }
 

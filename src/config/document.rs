@@ -1,7 +1,8 @@
-//! A YAML file other than a scene, read with the same care: every problem in one pass, each with its place.
+//! A YAML file other than a scene, which is a study, read with the same care: every problem in one pass, each with its place.
 
 use super::decode::{Findings, decode};
 use super::input::{MAXIMUM_CONFIGURATION, read_text};
+use super::kind;
 use super::path::Path;
 use super::source::Source;
 use super::tree;
@@ -20,7 +21,7 @@ impl<T: DeserializeOwned> Document<T> {
     /// Reads a file. `keys` are examples of what it holds, for the message about an empty one.
     ///
     /// # Errors
-    /// The file cannot be read, is not YAML, or so much is wrong in it that nothing can be checked.
+    /// The file cannot be read, is not YAML, is a scene, or so much is wrong in it that nothing can be checked.
     pub fn from_disk(file: &str, keys: &str) -> Result<Document<T>, Vec<Problem>> {
         let text = read_text(std::path::Path::new(file), MAXIMUM_CONFIGURATION).map_err(|message| {
             vec![Problem {
@@ -34,7 +35,13 @@ impl<T: DeserializeOwned> Document<T> {
         let (root, problems) = tree::parse_keys(file, &text, keys)?;
         let unsound = problems.iter().map(|problem| Path::parse(&problem.path)).collect();
         let mut findings = Findings { problems, unsound };
+        let mark = kind::mark_of_a_scene(&root);
         let source = Source::new(file, root);
+        if let Some(mark) = mark {
+            let message = "this is a scene, not a study".to_owned();
+            let expected = format!("a study; `mpm-petsc {file}` runs a scene");
+            return Err(vec![source.problem_with_file(&mark, message, expected)]);
+        }
         match decode(&source, &mut findings) {
             Ok(content) => Ok(Document {
                 content,

@@ -202,7 +202,8 @@ pub struct BoundaryKeys {
     /// Points that are tied to a support by springs; not a face of a mesh. Either this or `face`.
     pub selection: Option<SelectionKeys>,
     /// Stiffness of the springs of each point of the selection [N/m, for rotations N m/rad; per metre of thickness in plane
-    /// strain], > 0. At most `solver.force_tolerance` / 2.2e-16 times the largest entry of the stiffness of the body.
+    /// strain], > 0. At most `solver.force_tolerance` / 1.1e-15 times the largest entry of the stiffness of the body; from a
+    /// twentieth of that on a warning tells that steps may fail.
     pub penalty: Option<f64>,
     /// The support of the selection is a rigid platen that does not turn: translations that are neither moved nor named
     /// as free are fixed.

@@ -2,11 +2,13 @@
 //!
 //! Only one rank reads files. It sends the [`Input`] to the others, and every rank makes the same scene of it.
 
+use super::arguments::command_like;
 use super::decode::{Findings, decode};
 use super::file::{ConfigFile, PointFile, ShapeKeys};
+use super::nearest::did_you_mean;
 use super::point::{self, PointTask};
 use super::source::Source;
-use super::{check, overrides, tree};
+use super::{check, kind, overrides, tree};
 use crate::problem::Problem;
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -48,7 +50,8 @@ impl Input {
     /// The configuration cannot be read. What is wrong in it, or with the files it names, is left to [`Input::scene`].
     pub fn from_disk(file_name: &str, overrides: &[String]) -> Result<Input, Vec<Problem>> {
         let text = read_text(Path::new(file_name), MAXIMUM_CONFIGURATION).map_err(|reason| {
-            let (file, message) = (file_name.to_owned(), reason);
+            // A command that takes no file is taken for one where it is misspelled.
+            let (file, message) = (file_name.to_owned(), reason + &did_you_mean(command_like(file_name)));
             let expected = "a configuration in YAML".to_owned();
             vec![Problem {
                 file,
@@ -111,6 +114,13 @@ impl Input {
             .iter()
             .map(|problem| super::path::Path::parse(&problem.path))
             .collect();
+        if let Some(mark) = kind::mark_of_a_study(&root) {
+            let message = "this is a study, not a scene".to_owned();
+            let expected = format!("a scene; `mpm-petsc study {}` runs a study", self.file_name);
+            return Err(vec![
+                Source::new(&self.file_name, root).problem_with_file(&mark, message, expected),
+            ]);
+        }
         let mut findings = Findings { problems, unsound };
         overrides::apply(&mut root, &self.overrides, &mut findings);
         Ok((Source::new(&self.file_name, root), findings))

@@ -2,7 +2,8 @@
 //!
 //! In reading order: `tree` (YAML that knows its lines), `decode` (serde over it, going on after a problem), `file` (what
 //! may be typed), `check` (what makes sense), `input` (where the text comes from), `arguments` (the command line),
-//! `schema` (what editors and the manual are told of `file`); `document` reads other files in the same way.
+//! `schema` (what editors and the manual are told of `file`); `document` reads other files in the same way, and `kind` tells
+//! them from scenes.
 
 pub mod arguments;
 mod change;
@@ -11,6 +12,7 @@ mod decode;
 mod document;
 pub mod file;
 mod input;
+mod kind;
 mod nearest;
 mod overrides;
 mod path;

@@ -30,6 +30,14 @@ impl Source {
         self.problem_at(&Path::parse(path), message.into(), expected.into())
     }
 
+    /// A problem with the file as a whole, which shows at a path.
+    pub(super) fn problem_with_file(&self, path: &Path, message: String, expected: String) -> Problem {
+        Problem {
+            path: String::new(),
+            ..self.problem_at(path, message, expected)
+        }
+    }
+
     pub(super) fn problem_at(&self, path: &Path, message: String, expected: String) -> Problem {
         let (file, place) = match self.root.place_of(path) {
             Place::File { line, column } => (self.file.clone(), Some((line, column))),

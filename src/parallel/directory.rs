@@ -112,6 +112,11 @@ impl Numbering {
         }
     }
 
+    /// Keys that this rank owns, sorted.
+    pub fn own(&self) -> &[u64] {
+        &self.own
+    }
+
     /// How many keys this rank owns.
     pub fn owned(&self) -> usize {
         self.own.len()

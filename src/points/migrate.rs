@@ -29,7 +29,8 @@ impl<C: Continuum, const D: usize> Points<C, D> {
         let vectors = ["position", "displacement", "reference_half_lengths", "half_lengths"];
         parts.extend(vectors.map(|name| part(name, D, false)));
         parts.push(part("volume", 1, false));
-        for (group, variables) in [("motion", C::MOTION), ("stress", C::STRESS)] {
+        let histories = [("motion", C::MOTION), ("stress", C::STRESS)];
+        for (group, variables) in histories.into_iter().filter(|_| self.histories) {
             let named = variables
                 .iter()
                 .map(|variable| (format!("{group}/{}", variable.name), variable.length));
@@ -63,11 +64,13 @@ impl<C: Continuum, const D: usize> Points<C, D> {
             record.extend_from_slice(vector.as_slice());
         }
         record.push(self.volume[point]);
-        let start = record.len();
-        record.resize(start + total_length(C::MOTION) + total_length(C::STRESS), 0.0);
-        let (motion, stress) = record[start..].split_at_mut(total_length(C::MOTION));
-        C::pack_motion(&self.motion[point], motion);
-        C::pack_stress(&self.stress[point], stress);
+        if self.histories {
+            let start = record.len();
+            record.resize(start + total_length(C::MOTION) + total_length(C::STRESS), 0.0);
+            let (motion, stress) = record[start..].split_at_mut(total_length(C::MOTION));
+            C::pack_motion(&self.motion[point], motion);
+            C::pack_stress(&self.stress[point], stress);
+        }
         record.extend_from_slice(self.state_of(point));
         record.extend_from_slice(&self.gaps[point * self.gap_count..][..self.gap_count]);
         if self.keeps_last_motion {
@@ -91,12 +94,16 @@ impl<C: Continuum, const D: usize> Points<C, D> {
             self.reference_half_lengths.push(vector(2));
             self.half_lengths.push(vector(3));
             self.volume.push(rest[0]);
-            let (motion, rest) = rest[1..].split_at(total_length(C::MOTION));
-            let (stress, rest) = rest.split_at(total_length(C::STRESS));
+            let mut rest = &rest[1..];
+            if self.histories {
+                let (motion, later) = rest.split_at(total_length(C::MOTION));
+                let (stress, later) = later.split_at(total_length(C::STRESS));
+                self.motion.push(C::unpack_motion(motion));
+                self.stress.push(C::unpack_stress(stress));
+                rest = later;
+            }
             let (state, rest) = rest.split_at(self.state_length);
             let (gaps, last_motion) = rest.split_at(self.gap_count);
-            self.motion.push(C::unpack_motion(motion));
-            self.stress.push(C::unpack_stress(stress));
             self.state.extend_from_slice(state);
             self.gaps.extend_from_slice(gaps);
             if self.keeps_last_motion {

@@ -31,6 +31,8 @@ pub struct Points<C: Continuum, const D: usize> {
     /// Half-lengths of the reference domain [m].
     pub reference_half_lengths: Vec<SVector<f64, D>>,
     pub half_lengths: Vec<SVector<f64, D>>,
+    /// Whether the points have motion, stress and state: a check does without, and they take most of the memory.
+    pub histories: bool,
     pub motion: Vec<C::Motion>,
     pub stress: Vec<C::Stress>,
     /// State of the law, `state_length` numbers a point.
@@ -47,8 +49,17 @@ pub struct Points<C: Continuum, const D: usize> {
 }
 
 impl<C: Continuum, const D: usize> Points<C, D> {
-    /// No points, with room for states of this length.
+    /// No points; those to come have histories with states of this length.
     pub fn empty(state_length: usize) -> Self {
+        Self {
+            histories: true,
+            state_length,
+            ..Self::without_histories()
+        }
+    }
+
+    /// No points; those to come are places without histories.
+    pub fn without_histories() -> Self {
         Self {
             id: Vec::new(),
             body: Vec::new(),
@@ -59,10 +70,11 @@ impl<C: Continuum, const D: usize> Points<C, D> {
             volume: Vec::new(),
             reference_half_lengths: Vec::new(),
             half_lengths: Vec::new(),
+            histories: false,
             motion: Vec::new(),
             stress: Vec::new(),
             state: Vec::new(),
-            state_length,
+            state_length: 0,
             gaps: Vec::new(),
             gap_count: 0,
             last_motion: Vec::new(),
@@ -78,6 +90,22 @@ impl<C: Continuum, const D: usize> Points<C, D> {
 
     pub fn is_empty(&self) -> bool {
         self.id.is_empty()
+    }
+
+    /// Gives points without histories those of the initial state; `virgin` writes the state of a material, by its index.
+    pub fn start_histories(&mut self, state_length: usize, virgin: impl Fn(usize, &mut [f64])) {
+        self.histories = true;
+        self.state_length = state_length;
+        self.motion = vec![C::Motion::default(); self.len()];
+        self.stress = vec![C::Stress::default(); self.len()];
+        self.state = vec![0.0; state_length * self.len()];
+        if state_length > 0 {
+            let states = self.state.chunks_exact_mut(state_length);
+            for (&material, state) in self.material.iter().zip(states) {
+                virgin(material as usize, state);
+            }
+        }
+        self.reset_trial();
     }
 
     /// Where a point was in the initial state; the third component is zero in plane strain.
@@ -104,8 +132,10 @@ impl<C: Continuum, const D: usize> Points<C, D> {
         permute(&mut self.volume, order);
         permute(&mut self.reference_half_lengths, order);
         permute(&mut self.half_lengths, order);
-        permute(&mut self.motion, order);
-        permute(&mut self.stress, order);
+        if self.histories {
+            permute(&mut self.motion, order);
+            permute(&mut self.stress, order);
+        }
         let length = self.state_length;
         self.state = order
             .iter()

@@ -20,7 +20,7 @@ pub struct Batch<const D: usize> {
     first_shape: usize,
 }
 
-/// The points of a rank, sorted into batches, with their basis values.
+/// The points of a rank, sorted into batches; with their basis values once these are evaluated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Batches<const D: usize> {
     pub batches: Vec<Batch<D>>,
@@ -46,6 +46,23 @@ impl<const D: usize> Batches<D> {
         let stride = batch.support.size() * (1 + D);
         let start = batch.first_shape + (point - batch.points.start) * stride;
         &self.shapes[start..start + stride]
+    }
+
+    /// Computes the basis values of all points: `evaluate` writes those of a point, at the nodes of its support.
+    pub fn evaluate(&mut self, evaluate: impl Fn(usize, &Support<D>, &mut [f64])) {
+        let stride = |batch: &Batch<D>| batch.support.size() * (1 + D);
+        let length = self
+            .batches
+            .iter()
+            .map(|batch| batch.points.len() * stride(batch))
+            .sum();
+        self.shapes = vec![0.0; length];
+        for batch in &self.batches {
+            let own = self.shapes[batch.first_shape..].chunks_exact_mut(stride(batch));
+            for (p, shapes) in batch.points.clone().zip(own) {
+                evaluate(p, &batch.support, shapes);
+            }
+        }
     }
 
     /// Cells touched by a domain, sorted.
@@ -81,7 +98,7 @@ pub fn cells_of_points<C: Continuum, const D: usize>(
     (0..points.len()).map(cell_of).collect()
 }
 
-/// Sorts the points by (support, material, id) and computes their basis values.
+/// Sorts the points by (support, material, id). Basis values are left to [`Batches::evaluate`].
 pub fn search<C: Continuum, const D: usize>(
     grid: &Grid<D>,
     basis: &dyn Basis,
@@ -100,12 +117,9 @@ pub fn search<C: Continuum, const D: usize>(
         supports.push(support);
     }
     sort(grid, points, &mut supports);
-    let evaluate = |points: &Points<C, D>, p: usize, support: &Support<D>, out: &mut [f64]| {
-        basis::evaluate(basis, grid, support, &points.position[p], &points.half_lengths[p], out);
-    };
     Ok(Batches {
         overhang,
-        ..batch(points, &supports, evaluate)
+        ..batch(&supports)
     })
 }
 
@@ -113,17 +127,11 @@ pub fn search<C: Continuum, const D: usize>(
 pub fn search_elements<C: Continuum, const D: usize>(elements: &Elements<D>, points: &mut Points<C, D>) -> Batches<D> {
     let mut supports: Vec<_> = points.id.iter().map(|&id| elements.support(id)).collect();
     sort(elements.mesh.grid(), points, &mut supports);
-    batch(points, &supports, |points, p, support, out| {
-        elements.evaluate(points.id[p], support, out);
-    })
+    batch(&supports)
 }
 
-/// Batches of sorted points, with their basis values.
-fn batch<C: Continuum, const D: usize>(
-    points: &Points<C, D>,
-    supports: &[Support<D>],
-    evaluate: impl Fn(&Points<C, D>, usize, &Support<D>, &mut [f64]),
-) -> Batches<D> {
+/// Batches of sorted points.
+fn batch<const D: usize>(supports: &[Support<D>]) -> Batches<D> {
     let mut batches: Vec<Batch<D>> = Vec::new();
     let mut length = 0;
     for (p, &support) in supports.iter().enumerate() {
@@ -137,16 +145,9 @@ fn batch<C: Continuum, const D: usize>(
         }
         length += support.size() * (1 + D);
     }
-    let mut shapes = vec![0.0; length];
-    let mut rest = shapes.as_mut_slice();
-    for (p, support) in supports.iter().enumerate() {
-        let (own, later) = rest.split_at_mut(support.size() * (1 + D));
-        evaluate(points, p, support, own);
-        rest = later;
-    }
     Batches {
         batches,
-        shapes,
+        shapes: Vec::new(),
         overhang: 0.0,
     }
 }

@@ -50,17 +50,15 @@ pub struct Region {
 /// A point counts as inside a shape only where it lies deeper than this, in cells: on the boundary is outside.
 const BOUNDARY_MARGIN: f64 = 1.0e-9;
 
-/// Collective. The points of all bodies in the initial state, spread evenly over the ranks in the order of seeding.
-/// Also the number of points of each body. `virgin` writes the initial state of a material, by its index.
+/// Collective. The points of all bodies where they are in the initial state, without histories, spread evenly over the
+/// ranks in the order of seeding. Also the number of points of each body.
 pub fn seed<C: Continuum, const D: usize>(
     world: &World,
     grid: &Grid<D>,
     bodies: &[Body],
     regions: &[Region],
-    state_length: usize,
-    virgin: impl Fn(usize, &mut [f64]),
 ) -> (Points<C, D>, Vec<u64>) {
-    let mut points = Points::empty(state_length);
+    let mut points = Points::without_histories();
     let mut counts = Vec::new();
     let mut first_id = 0;
     for (index, body) in bodies.iter().enumerate() {
@@ -86,15 +84,15 @@ pub fn seed<C: Continuum, const D: usize>(
         };
         let per_rank = world.all_gather(own.len());
         let first_own = first_id + per_rank[..world.rank()].iter().sum::<usize>() as u64;
+        reserve(&mut points, own.len());
         for (id, point) in (first_own..).zip(&own) {
             let material = material_at(regions, body.material, &point.position, edge);
-            push(&mut points, id, index, material, point, |state| virgin(material, state));
+            push(&mut points, id, index, material, point);
         }
         let count = per_rank.iter().sum::<usize>() as u64;
         first_id += count;
         counts.push(count);
     }
-    points.reset_trial();
     (points, counts)
 }
 
@@ -119,8 +117,12 @@ fn lattice<const D: usize>(
         count[axis] = (clamp(bounds.1[axis]).ceil() as usize).saturating_sub(lowest[axis]);
     }
     let per_cell: usize = rules[..D].iter().map(Vec::len).product();
+    let cells = share(world, count.iter().product());
     let mut points = Vec::new();
-    for mut flat in share(world, count.iter().product()) {
+    // Growing copies a large list several times over. Room that a shape leaves empty costs nothing; where there is not so
+    // much, the list grows.
+    let _ = points.try_reserve(cells.len().saturating_mul(per_cell));
+    for mut flat in cells {
         let mut cell = [0; D];
         for axis in 0..D {
             cell[axis] = lowest[axis] + flat % count[axis];
@@ -162,13 +164,25 @@ fn material_at(regions: &[Region], material: usize, position: &[f64; 3], edge: f
     })
 }
 
+/// Makes room for so many points more.
+fn reserve<C: Continuum, const D: usize>(points: &mut Points<C, D>, count: usize) {
+    points.id.reserve(count);
+    points.body.reserve(count);
+    points.material.reserve(count);
+    points.marks.reserve(count);
+    points.position.reserve(count);
+    points.displacement.reserve(count);
+    points.volume.reserve(count);
+    points.reference_half_lengths.reserve(count);
+    points.half_lengths.reserve(count);
+}
+
 fn push<C: Continuum, const D: usize>(
     points: &mut Points<C, D>,
     id: u64,
     body: usize,
     material: usize,
     point: &SeedPoint,
-    virgin: impl Fn(&mut [f64]),
 ) {
     let half_lengths = SVector::from_fn(|k, _| point.half_lengths[k]);
     points.id.push(id);
@@ -180,9 +194,4 @@ fn push<C: Continuum, const D: usize>(
     points.volume.push(point.volume);
     points.reference_half_lengths.push(half_lengths);
     points.half_lengths.push(half_lengths);
-    points.motion.push(C::Motion::default());
-    points.stress.push(C::Stress::default());
-    let start = points.state.len();
-    points.state.resize(start + points.state_length, 0.0);
-    virgin(&mut points.state[start..]);
 }

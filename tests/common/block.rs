@@ -3,7 +3,7 @@
 use mpm_petsc::app::Laws;
 use mpm_petsc::assembly::model::Model;
 use mpm_petsc::assembly::penalty::GhostPenalty;
-use mpm_petsc::continuum::{Fields, total_length};
+use mpm_petsc::continuum::Fields;
 use mpm_petsc::grid::Grid;
 use mpm_petsc::grid::basis::Basis;
 use mpm_petsc::grid::ghost::{GhostScaling, GhostSettings};
@@ -107,17 +107,14 @@ pub fn model<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         material: 0,
         points: PointSource::List(list),
     }];
-    let length = total_length(laws[0].state_variables());
-    let (points, _) = seed(world, &grid, &bodies, &[], length, |material, state| {
-        laws[material].initial_state(state)
-    });
+    let (points, _) = seed(world, &grid, &bodies, &[]);
     let settings = GhostSettings {
         translation: 1.0e9,
         rotation: 1.0e5,
         scaling: GhostScaling::Paper,
     };
     let ghost = Some(GhostPenalty::new(&settings, &C::KIND));
-    Model {
+    let mut model = Model {
         initial_grid: grid.clone(),
         elements: None,
         follow_face: None,
@@ -131,7 +128,9 @@ pub fn model<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         surface: Default::default(),
         ghost,
         path_points: None,
-    }
+    };
+    model.start_histories();
+    model
 }
 
 /// Increments of a smooth random field: its gradient stays of the order of `size` at every point.

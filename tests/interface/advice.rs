@@ -136,6 +136,13 @@ fn the_size_of_a_run_is_estimated() {
     ] {
         assert!(check.stdout.contains(line), "{line}\n{}", check.stdout);
     }
+    let iterative = Launch::text(BLOCK)
+        .no_output()
+        .checking()
+        .set(&["solver.method=iterative"]);
+    let line = "MB in all (estimate for the iterative solver, which solver.method takes here; about 1 MB for a direct";
+    let printed = iterative.run().completed().stdout;
+    assert!(printed.contains(line), "{printed}");
     let many = ["stages.0.steps=100000", "grid.cell_size=1.0e-3"];
     let check = Launch::text(BLOCK).no_output().checking().set(&many).run().completed();
     assert!(check.stdout.contains("cost class          hours") || check.stdout.contains("cost class          days"));

@@ -33,6 +33,25 @@ fn a_missing_file() {
 }
 
 #[test]
+fn a_misspelled_command() {
+    let check = Launch::arguments(&["chek", "absent.yaml"]);
+    refused(check, &["error: unknown command \"chek\", did you mean \"check\"?"]);
+    let schema = Launch::arguments(&["shema"]);
+    refused(schema, &["shema: there is no such file, did you mean \"schema\"?"]);
+}
+
+#[test]
+fn a_study_instead_of_a_scene() {
+    let study = crate::common::launch::config("studies/manufactured_rates");
+    let study = study.to_string_lossy();
+    for arguments in [&["run", &study], &["check", &study], &["point", &study]] {
+        let run = refused(Launch::arguments(arguments), &["this is a study, not a scene"]);
+        let hint = format!("`mpm-petsc study {study}` runs a study");
+        assert_eq!(run.complaints(&hint).len(), 1, "{}", run.stderr);
+    }
+}
+
+#[test]
 fn a_folder_instead_of_a_file() {
     refused(Launch::arguments(&["."]), &["this is a folder, not a file"]);
 }
@@ -111,6 +130,22 @@ fn a_penalty_that_is_too_large() {
     ] {
         assert!(line.contains(part), "{part} in {line}");
     }
+}
+
+/// What is accepted but near the limit gives a warning, and far below it nothing.
+#[test]
+fn a_penalty_that_is_doubtful() {
+    let check = |penalty: f64| {
+        let points = format!("selection: {{layer: {{body: block, face: y_max}}}}, penalty: {penalty:e}, fix");
+        let launch = Launch::text(&with("face: y_max, fix", &points)).no_output();
+        launch.checking().run()
+    };
+    let refused = check(1.0e20).expect_code(2);
+    let (_, limit) = refused.stderr.split_once("a number > 0 and <= ").expect("a limit");
+    let limit: f64 = limit.trim_end().trim_end_matches(')').parse().expect("a number");
+    let warning = "warning: boundary[1].penalty: its round-off may keep steps from solver.force_tolerance";
+    let accepted = |penalty| check(penalty).completed().stdout.matches(warning).count();
+    assert_eq!([0.5, 0.02].map(|share| accepted(share * limit)), [1, 0]);
 }
 
 /// The body is thinner than half the distance of its points: it has none, and what stands on it has none either.

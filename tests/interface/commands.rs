@@ -130,8 +130,9 @@ fn set_overrides_a_key_for_run_and_check() {
 
 #[test]
 fn a_wrong_command_line_ends_with_two_and_one_message() {
-    let lines: [&[&str]; 4] = [
+    let lines: [&[&str]; 5] = [
         &[],
+        &["chek", "scene.yaml"],
         &["scene.yaml", "--sett", "a=1"],
         &["a.yaml", "b.yaml"],
         &["a.yaml", "--set", "a"],
