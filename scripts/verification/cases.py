@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy
 
 from .checks import Check, largest_difference, reference, second_road
-from .pictures import Curves, Points
+from .pictures import Curves, Points, SymmetryPlane
 from .quantities import (
     axis_inclination,
     band_width,
@@ -21,6 +21,7 @@ from .quantities import (
     rate,
     ridge_inclination,
     self_weight_error,
+    symmetry_plane_inclination,
     twist_profile,
 )
 
@@ -1591,6 +1592,80 @@ def gosford_study():
     )
 
 
+TRIAXIAL = "gosford_triaxial_extension"
+TRIAXIAL_COARSE = f"{TRIAXIAL} grid.cells=[10,20,20]"
+
+
+def gosford_triaxial():
+    def largest(run):
+        return run["force"].max()
+
+    def curve(scene):
+        return lambda runs: (1e3 * runs[scene]["extension"][2:], 1e-3 * runs[scene]["force"][2:])
+
+    # Ends that slide freely: the axial stress of a held bar is 2 nu p.
+    sliding = 2.0 * 0.35 * 20.0e6 * numpy.pi * 0.02**2 / 2.0
+    checks = [
+        Check(
+            "unknowns",
+            lambda runs: runs[TRIAXIAL].summary["dofs"],
+            "Neuner et al. (2024), section 3.3: approximately",
+            60_000,
+            relative=0.07,
+        ),
+        Check(
+            "force of the held ends under the pressure",
+            lambda runs: -runs[TRIAXIAL].at("held", "load_factor", 1.0),
+            "closed form for ends that slide freely, the softest ones",
+            low=0.8 * sliding,
+            high=sliding,
+            unit="kN",
+            scale=1e-3,
+            digits=4,
+        ),
+        Check("largest force", lambda runs: largest(runs[TRIAXIAL]), unit="kN", scale=1e-3, digits=4),
+        second_road("largest force", largest, TRIAXIAL, TRIAXIAL_COARSE, 0.05, "20 instead of 30 cells"),
+        Check(
+            "inclination of the band on the plane of symmetry",
+            lambda runs: symmetry_plane_inclination(runs[TRIAXIAL]),
+            "Neuner et al. (2024), figure 9: one band, across the specimen",
+            low=10.0,
+            high=45.0,
+            unit="degrees",
+            digits=3,
+        ),
+    ]
+    setup = (
+        "A cylinder of sandstone, 40 mm high and wide, under 20 MPa on its side is drawn longer by a rigid platen that "
+        "slides but does not turn. Half of it is modelled, on 30 cells along 50 mm. A lateral force of 10 N decides "
+        "which way the band runs. Linear systems are solved iteratively."
+    )
+    return Section(
+        "gosford_triaxial",
+        "Gosford sandstone in triaxial extension",
+        "Neuner et al. (2024), section 3.3",
+        setup,
+        [TRIAXIAL, TRIAXIAL_COARSE],
+        checks,
+        [
+            Curves(
+                "gosford_triaxial",
+                "Force of the platen over extension",
+                "extension [mm]",
+                "force [kN]",
+                [("30 cells", curve(TRIAXIAL)), ("20 cells", curve(TRIAXIAL_COARSE))],
+            ),
+            SymmetryPlane("gosford_triaxial_damage", "Damage on the plane of symmetry", TRIAXIAL, "damage"),
+            Points("gosford_triaxial_chi", "Half of the cylinder: chi at the end", TRIAXIAL),
+        ],
+        ranks=2,
+        remark=(
+            "The source draws the specimen 6 mm longer, and shows a band across all of it there. Under the pressure alone the "
+            "ends push; drawn longer, they pull."
+        ),
+    )
+
+
 SECTIONS = [
     manufactured(),
     manufactured_study(),
@@ -1618,4 +1693,5 @@ SECTIONS = [
     elastoplastic_collapse(),
     gosford(),
     gosford_study(),
+    gosford_triaxial(),
 ]

@@ -82,6 +82,34 @@ class Points:
         return figure
 
 
+@dataclass
+class SymmetryPlane:
+    """The points of a body in space that lie next to the plane x = 0, seen along x and coloured by a field."""
+
+    name: str
+    about: str
+    scene: str
+    field: str
+
+    def draw(self, runs):
+        _, position, fields, (places, sizes) = runs[self.scene].points()
+        near = places[:, 0] < places[:, 0].min() + sizes[:, 0].min()
+        turned = [1, 2, 0]
+        values, label = plot_points.choose(fields, self.field, "norm")
+        figure, axes, coloured = plot_points.draw_plane(
+            position[near][:, turned],
+            {"half_lengths": fields["half_lengths"][near][:, turned]},
+            (places[near][:, turned], sizes[near][:, turned]),
+            values[near],
+        )
+        axes.set_xlabel("y [m]")
+        axes.set_ylabel("z [m]")
+        figure.colorbar(coloured, ax=axes, shrink=0.75, label=label)
+        figure.suptitle(self.about)
+        figure.set_dpi(90)
+        return figure
+
+
 def fit_space(axes, position, dots):
     """Larger dots where there are few of them, and few numbers along the short sides of a long body."""
     dots.set_sizes([min(50.0, max(3.0, 20_000.0 / len(position)))])

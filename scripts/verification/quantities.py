@@ -45,8 +45,20 @@ def axis_inclination(run, time=None):
     threshold, and with a weight that leaves out what is not of the band.
     """
     _, position, fields, _ = run.points(time)
+    return inclination_of_band(position[:, :2], fields["chi"] ** 2 * fields["volume"])
+
+
+def symmetry_plane_inclination(run):
+    """The same for the band of a body in space on its plane of symmetry x = 0, from the axis y."""
+    _, position, fields, (places, sizes) = run.points()
+    near = places[:, 0] < places[:, 0].min() + sizes[:, 0].min()
     weights = fields["chi"] ** 2 * fields["volume"]
-    offsets = position[:, :2] - numpy.average(position[:, :2], axis=0, weights=weights)
+    return inclination_of_band(position[near][:, 1:], weights[near])
+
+
+def inclination_of_band(position, weights):
+    """Angle of the longer principal axis of the second moments of weights [degrees]."""
+    offsets = position - numpy.average(position, axis=0, weights=weights)
     _, axes = numpy.linalg.eigh((offsets * weights[:, None]).T @ offsets)
     return numpy.degrees(numpy.arctan2(axes[1, 1], axes[0, 1])) % 180.0
 
