@@ -115,7 +115,8 @@ pub fn opening_moduli_are_those_of_further_flow(subject: &Subject, situations: &
         let (stress, again) = answer(law, strain, &flowed, 0.0).expect("an answer");
         let mut opening = MicropolarModuli::default();
         let flows_on = law.opening_moduli(strain, &flowed, &again, &stress, &mut opening);
-        let change = random.strain(subject.components, 1e-8, 1e-8 / subject.length);
+        // Small beside the rounding of an apex, large beside the tolerance of f.
+        let change = random.strain(subject.components, 1e-10, 1e-10 / subject.length);
         let further = [1.0, -1.0].into_iter().find_map(|sign| {
             let ahead = MicropolarStrain {
                 stretch: strain.stretch + (change.stretch - Matrix3::identity()) * sign,
@@ -134,7 +135,7 @@ pub fn opening_moduli_are_those_of_further_flow(subject: &Subject, situations: &
         let [left, right] = [&opening, &moduli].map(|moduli| predicted(moduli, subject.components, &direction));
         let size = norm(&right, subject.components, subject.length);
         let error = norm(&difference(&left, &right), subject.components, subject.length);
-        assert!(error < 1e-4 * size, "{error:e} of {size:e}");
+        assert!(error < 2e-3 * size, "{error:e} of {size:e}");
         compared += 1;
     }
     compared

@@ -532,7 +532,7 @@ fn steps_open_with_further_flow() {
     for_every_law(|name, law| {
         let mut random = Random::new(5);
         let mut compared = 0;
-        for (strain, old) in collect(law, 0.02, 40, |branch, q, _| branch == Branch::Cone && q > 1e3) {
+        for (strain, old) in collect(law, 0.02, 40, |branch, q, _| branch == Branch::Cone && q > 1e4) {
             let (_, flowed) = answer(law, &strain, &old, 0.0).expect("an answer");
             let (stress, again) = answer(law, &strain, &flowed, 0.0).expect("an answer");
             let mut opening = ClassicalModuli {
