@@ -135,7 +135,8 @@ pub fn opening_moduli_are_those_of_further_flow(subject: &Subject, situations: &
         let [left, right] = [&opening, &moduli].map(|moduli| predicted(moduli, subject.components, &direction));
         let size = norm(&right, subject.components, subject.length);
         let error = norm(&difference(&left, &right), subject.components, subject.length);
-        assert!(error < 2e-3 * size, "{error:e} of {size:e}");
+        // Elastic moduli, or ones without hardening, differ by tens of per cent.
+        assert!(error < 1e-2 * size, "{error:e} of {size:e}");
         compared += 1;
     }
     compared
