@@ -118,38 +118,37 @@ fn ten_steps_take_at_most_nine_iterations_each() {
     assert_eq!(run.summary().count("attempts"), 10);
 }
 
-/// The tangent is consistent: once the residual is below 1e-3 of the load, an iteration leaves at most 500 times its
-/// square, down to round-off. (A tangent that is wrong by a percent leaves a percent of it.) With residuals of 1e-5 to
-/// 1e-7 before the last iteration that is a fall by three to five orders.
+/// The tangent is consistent: once the residual is below 1e-3 of the load, an iteration leaves at most 200 times its
+/// square, down to round-off. (A tangent that is wrong by a percent leaves a percent of it.) The factor grows from about
+/// 10 to 160 while the iteration comes close, so that two residuals in a row show an order of 1.5 to 2; that it stays
+/// bounded from 1e-3 down to 1e-7 is what quadratic means.
 #[test]
 fn the_last_iterations_of_a_step_fall_quadratically() {
     const ASYMPTOTIC: f64 = 1e-3;
-    const FACTOR: f64 = 500.0;
+    const FACTOR: f64 = 200.0;
     const ROUND_OFF: f64 = 1e-12;
-    let run = Launch::config("shear_layer_39_ten_steps")
-        .set(&["solver.force_tolerance=1e-11"])
-        .run();
-    let convergence: Convergence = run.completed().convergence();
-    let mut comparison = Comparison::new("residual after an iteration, at most 500 times the square of that before");
-    let (mut orders, mut steps) = (Vec::new(), 0);
-    for attempt in convergence.accepted() {
-        steps += 1;
-        for pair in attempt.residuals.windows(2).filter(|pair| pair[0] < ASYMPTOTIC) {
-            let bound = (FACTOR * pair[0] * pair[0]).max(ROUND_OFF);
-            comparison.at_most(&format!("step {}, from {:.1e}", attempt.step, pair[0]), pair[1], bound);
-        }
-        // The order shows where three residuals in a row are in the asymptotic range and above round-off.
-        for three in attempt
-            .residuals
-            .windows(3)
-            .filter(|three| three[0] < 1e-3 && three[2] > ROUND_OFF)
-        {
-            orders.push((three[2] / three[1]).ln() / (three[1] / three[0]).ln());
+    let mut comparison = Comparison::new("residual after an iteration, at most 200 times the square of that before");
+    // How far down the residuals are from which an iteration was held to the square.
+    let (mut held, mut smallest) = (0, ASYMPTOTIC);
+    for steps in [4, 5, 10] {
+        let run = Launch::config("shear_layer_39_ten_steps")
+            .set(&["solver.force_tolerance=1e-11", &format!("stages.0.steps={steps}")])
+            .run();
+        let convergence: Convergence = run.completed().convergence();
+        let accepted: Vec<_> = convergence.accepted().collect();
+        assert_eq!(accepted.len(), steps);
+        for attempt in accepted {
+            for pair in attempt.residuals.windows(2).filter(|pair| pair[0] < ASYMPTOTIC) {
+                let bound = FACTOR * pair[0] * pair[0];
+                if bound > ROUND_OFF {
+                    held += 1;
+                    smallest = pair[0].min(smallest);
+                }
+                let name = format!("step {} of {steps}, from {:.1e}", attempt.step, pair[0]);
+                comparison.at_most(&name, pair[1], bound.max(ROUND_OFF));
+            }
         }
     }
     comparison.finish();
-    assert_eq!(steps, 10);
-    let mean = orders.iter().sum::<f64>() / orders.len() as f64;
-    println!("orders of convergence {orders:.2?}, mean {mean:.2}");
-    assert!(orders.len() >= 5 && mean > 1.8, "{orders:?}");
+    assert!(held >= 25 && smallest < 2e-7, "{held} iterations, from {smallest:e}");
 }
