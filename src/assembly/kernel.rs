@@ -10,8 +10,8 @@
 use super::Sink;
 use super::active::Active;
 use crate::clock::{Clock, Phase};
-use crate::continuum::{Fields, Flux, Jet, Tangent, UnknownKind};
-use crate::material::{Linearisation, Material, NoSolution};
+use crate::continuum::{Fields, Flux, Jet, Linearisation, Tangent, UnknownKind};
+use crate::material::{Material, NoSolution};
 use crate::points::Points;
 use crate::points::search::{Batch, Batches};
 use std::rc::Rc;
@@ -166,6 +166,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Workspace<C, D, N> {
 
     /// Adds the tangent at local increments `u`, whose internal forces were evaluated last. Returns whether points flow on
     /// in it that do not flow in these forces.
+    #[allow(clippy::too_many_arguments)]
     pub fn add_tangent(
         &mut self,
         laws: &[Box<dyn Material<C>>],

@@ -76,6 +76,15 @@ pub struct Observation {
     pub volume_ratio: f64,
 }
 
+/// Which derivative of the stress a tangent is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Linearisation {
+    /// That at the strain.
+    Consistent,
+    /// That for the solve that opens a step: points that flowed in the last one flow on.
+    Opening,
+}
+
 /// A continuum: what a point remembers, and what strain, stress and moduli are.
 pub trait Continuum: Sized + 'static {
     /// What a point remembers of its motion at the start of the step.

@@ -38,15 +38,6 @@ pub struct NoSolution {
     pub residual: f64,
 }
 
-/// Which derivative of the stress a tangent is made of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Linearisation {
-    /// That at the strain: [`Material::moduli`].
-    Consistent,
-    /// That for the opening solve of a step: [`Material::opening_moduli`].
-    Opening,
-}
-
 /// A constitutive law. Pure: same inputs, same outputs; `old` is the accepted state.
 pub trait Material<C: Continuum>: Send + Sync {
     /// The state that a point carries, by name.

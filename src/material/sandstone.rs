@@ -38,13 +38,13 @@ mod tensor;
 
 use super::elastic::require_finite;
 use super::spec::{SandstoneDamage, SandstoneParameters};
-use super::{Components, Linearisation, Material, NoSolution};
-use crate::continuum::Variable;
+use super::{Components, Material, NoSolution};
 use crate::continuum::gradient_micropolar::{
     GradientMicropolar, GradientMicropolarModuli, GradientMicropolarStrain, GradientMicropolarStress,
 };
 use crate::continuum::micropolar::{Micropolar, MicropolarModuli, MicropolarStrain, MicropolarStress};
 use crate::continuum::tensor::{pack_tensor, unpack_tensor};
+use crate::continuum::{Linearisation, Variable};
 use flow::{FlowRule, Point, Trial, Wryness};
 use nalgebra::Matrix3;
 use tensor::{PlaneTensor, Tensor};

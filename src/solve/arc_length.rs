@@ -10,9 +10,8 @@
 use super::attempt::{Approach, Failure, Search, Solution, Solver, Tried, not_evaluated, settle};
 use super::equilibrium::Equilibrium;
 use crate::assembly::motion::{Measure, PointMotion};
-use crate::continuum::Fields;
+use crate::continuum::{Fields, Linearisation};
 use crate::error::Error;
-use crate::material::Linearisation;
 use crate::petsc::{Evaluate, GhostVector, Iteration, Nonlinear, PetscError, Session, Verdict};
 use std::rc::Rc;
 

@@ -7,9 +7,8 @@ use crate::assembly::model::{Model, StepSystem};
 use crate::assembly::surface::{ActingConditions, Surface};
 use crate::condition::Time;
 use crate::condition::load::{add_external_forces, add_face_forces};
-use crate::continuum::Fields;
+use crate::continuum::{Fields, Linearisation};
 use crate::error::Error;
-use crate::material::Linearisation;
 use crate::petsc::{
     BACKTRACKING, End, Evaluate, FULL_STEPS, GhostVector, Layout, Newton, Nonlinear, PetscError, Session,
 };

@@ -8,9 +8,8 @@ use crate::assembly::kernel::{OutOfDomain, Workspace};
 use crate::assembly::model::{Model, StepSystem};
 use crate::assembly::surface::{ActingConditions, Surface, SurfaceWorkspace};
 use crate::condition::dirichlet::Prescribed;
-use crate::continuum::{Fields, UnknownKind};
+use crate::continuum::{Fields, Linearisation, UnknownKind};
 use crate::interrupt::Interrupt;
-use crate::material::Linearisation;
 use crate::parallel::World;
 use crate::petsc::{BlockMatrix, Evaluate, Iteration, Nonlinear, PetscError, PetscInt, Verdict};
 

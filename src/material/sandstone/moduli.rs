@@ -13,10 +13,10 @@
 use super::flow::{Flow, FlowRule, Plastic, Point, Trial};
 use super::tensor::{Tensor, deviatoric_unit};
 use super::{Sandstone, SandstoneState};
+use crate::continuum::Linearisation;
 use crate::continuum::gradient_micropolar::GradientMicropolarModuli;
 use crate::continuum::micropolar::MicropolarStrain;
 use crate::continuum::tensor::component;
-use crate::material::Linearisation;
 use crate::material::active::Pair;
 use crate::material::dense::Factors;
 
