@@ -1515,14 +1515,14 @@ def gosford():
     checks += [
         Check(
             f"order {order}: all rises of the force behind its peak, over the peak",
-            lambda runs, scene=scene: sandstone_rises(runs[scene]),
-            "Neuner et al. (2024), section 3.2: order 1 alone oscillates",
+            lambda runs, scene=ORDERS[order]: sandstone_rises(runs[scene]),
+            "Neuner et al. (2024), section 3.2: no oscillations",
+            high=1e-4,
             unit="%",
             scale=100.0,
             digits=2,
-            **allowed,
         )
-        for (order, scene), allowed in zip(ORDERS.items(), [{"high": 1e-4}, {"high": 1e-4}, {"low": 1e-4}])
+        for order in (2, 3)
     ]
     checks += [
         Check(
@@ -1601,7 +1601,12 @@ def gosford_triaxial():
         return run["force"].max()
 
     def curve(scene):
-        return lambda runs: (1e3 * runs[scene]["extension"][2:], 1e-3 * runs[scene]["force"][2:])
+        def values(runs):
+            run = runs[scene]
+            # Of the support that holds the ends and of the platen that takes over from it, one is always zero.
+            return 1e3 * run["extension"][2:], 1e-3 * (run["force"] + run["held"])[2:]
+
+        return values
 
     # Ends that slide freely: the axial stress of a held bar is 2 nu p.
     sliding = 2.0 * 0.35 * 20.0e6 * numpy.pi * 0.02**2 / 2.0
@@ -1615,7 +1620,7 @@ def gosford_triaxial():
         ),
         Check(
             "force of the held ends under the pressure",
-            lambda runs: -runs[TRIAXIAL].at("held", "load_factor", 1.0),
+            lambda runs: -runs[TRIAXIAL]["held"].min(),
             "closed form for ends that slide freely, the softest ones",
             low=0.8 * sliding,
             high=sliding,
@@ -1656,7 +1661,6 @@ def gosford_triaxial():
                 [("30 cells", curve(TRIAXIAL)), ("20 cells", curve(TRIAXIAL_COARSE))],
             ),
             SymmetryPlane("gosford_triaxial_damage", "Damage on the plane of symmetry", TRIAXIAL, "damage"),
-            Points("gosford_triaxial_chi", "Half of the cylinder: chi at the end", TRIAXIAL),
         ],
         ranks=2,
         remark=(
