@@ -9,7 +9,7 @@ const DEBIAN: &str = "On Debian and Ubuntu: apt-get install build-essential pkgc
 /// Every PETSc function in use, by family. A missing name is a compile error in `src/petsc`, not a silent extra.
 const FUNCTIONS: &[&str] = &[
     "PetscInitialize|PetscFinalize|PetscInitialized|PetscGetVersionNumber|PetscMallocA",
-    "PetscOptions(HasName|SetValue|LeftGet|LeftRestore|GetString)",
+    "PetscOptions(HasName|SetValue|ClearValue|LeftGet|LeftRestore|GetString)",
     "PetscPushErrorHandler|PetscErrorMessage|PetscObjectGetComm",
     "PetscLog(DefaultBegin|GetStageLog|StageRegister|StagePush|StagePop|EventGetId|EventGetPerfInfo)",
     "Vec(CreateMPI|CreateGhostBlockWithArray|GhostUpdateBegin|GhostUpdateEnd|Destroy|Norm|SetBlockSize|ZeroEntries)",
@@ -18,11 +18,12 @@ const FUNCTIONS: &[&str] = &[
     "Mat(ZeroEntries|SetValues|SetValuesBlocked|AssemblyBegin|AssemblyEnd|GetInfo|Mult|Norm|Transpose|AXPY|Convert)",
     "Mat(GetBlockSize|GetRowIJ|RestoreRowIJ|OrderingRegister|HeaderReplace|CreateMPIAdj|MumpsGetInfog)",
     "Mat(SetNearNullSpace|NullSpaceCreate|NullSpaceDestroy)",
+    "MatSeqBAIJ(GetArray|RestoreArray)|MatSeqAIJ(GetArray|RestoreArray)",
     "MatPartitioning(Create|SetAdjacency|SetVertexWeights|SetNParts|SetType|SetFromOptions|Apply|Destroy)",
     "IS(CreateGeneral|Destroy|GetIndices|RestoreIndices|SetPermutation)",
     "KSP(SetType|GetPC|SetOperators|Solve|GetConvergedReason|GetConvergedReasonString|GetIterationNumber)",
     "PC(SetType|GetType|FactorSetMatSolverType|FactorGetMatSolverType|FactorSetMatOrderingType)",
-    "PCGetFailedReason|PCFactorGetMatrix|KSPReset",
+    "PCGetFailedReason|PCFactorGetMatrix|PCSetOptionsPrefix|PCSetFromOptions|PCRedundantGetKSP|KSPReset",
     "SNES(Create|Destroy|Reset|SetType|SetFunction|SetJacobian|SetConvergenceTest|SetTolerances|SetFromOptions)",
     "SNES(GetKSP|GetLineSearch|Solve|GetConvergedReason|GetConvergedReasonString|GetIterationNumber|GetFunction)",
     "SNES(GetFunctionNorm|GetLinearSolveIterations|SetFunctionDomainError|SetConvergedReason|GetSolution)",

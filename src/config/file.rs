@@ -534,6 +534,9 @@ pub struct SolverKeys {
     pub max_iterations: usize,
     /// Linear solver; `auto` is the iterative one in space from 50 000 unknowns on, otherwise the direct one.
     pub method: SolverMethodName,
+    /// Whether the direct solver repeats to the last bit on the same number of ranks; `auto` is up to 250 000 entries in the
+    /// matrix, where that takes no longer.
+    pub repeatable: RepeatableName,
     /// How the grid is shared among the ranks.
     pub partitioner: PartitionerName,
     /// Options for PETSc, as on its command line.
@@ -548,6 +551,7 @@ impl Default for SolverKeys {
             return_map_tolerance: 1e-9,
             max_iterations: 15,
             method: SolverMethodName::Auto,
+            repeatable: RepeatableName::Auto,
             partitioner: PartitionerName::Auto,
             petsc_options: String::new(),
         }
@@ -562,6 +566,16 @@ pub enum SolverMethodName {
     Direct,
     /// GMRES with incomplete factors: a fraction of memory and time for compact bodies in space; may fail on slender ones.
     Iterative,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum RepeatableName {
+    Auto,
+    /// Every rank factorises all of the matrix: more time and memory for large ones.
+    Always,
+    /// The ranks share every factorisation; sums are taken in the order in which messages arrive.
+    Never,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

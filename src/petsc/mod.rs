@@ -18,6 +18,7 @@ mod newton;
 mod nonlinear;
 mod ordering;
 mod partition;
+mod redundant;
 mod remote;
 mod session;
 mod vector;

@@ -129,6 +129,16 @@ impl Session {
         self.set_option(name, value)
     }
 
+    /// Takes back what [`prefer`](Self::prefer) set.
+    pub(super) fn withdraw(&self, name: &CStr) -> Result<(), PetscError> {
+        if !self.is_own_option(name) {
+            return Ok(());
+        }
+        self.own_options.borrow_mut().retain(|own| *own != plain(name));
+        // SAFETY: PETSc runs; the name ends with a zero byte.
+        check(unsafe { sys::PetscOptionsClearValue(null_mut(), name.as_ptr()) })
+    }
+
     /// Whether [`prefer`](Self::prefer) set the option.
     pub(super) fn is_own_option(&self, name: &CStr) -> bool {
         self.own_options.borrow().contains(&plain(name))

@@ -261,7 +261,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Nonlinear for Equilibrium<
 const NOWHERE: PetscInt = -1;
 
 /// Whether there is a nonlocal damage field, whose residual has units of its own.
-fn has_damage<C: Fields<D, N>, const D: usize, const N: usize>() -> bool {
+pub(super) fn has_damage<C: Fields<D, N>, const D: usize, const N: usize>() -> bool {
     C::KIND.contains(&UnknownKind::Damage)
 }
 

@@ -55,6 +55,7 @@ pub struct SolverSettings {
     pub return_map_tolerance: f64,
     pub max_iterations: usize,
     pub method: SolverMethod,
+    pub repeatable: Repeatable,
     pub partitioner: PartitionerKind,
     pub petsc_options: Vec<String>,
 }
@@ -65,6 +66,28 @@ pub enum SolverMethod {
     Auto,
     Direct,
     Iterative,
+}
+
+/// Whether a direct solver repeats to the last bit on several ranks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Repeatable {
+    Auto,
+    Always,
+    Never,
+}
+
+impl Repeatable {
+    /// Entries in a matrix up to which every rank factorises all of it. On two ranks that takes as long as sharing the
+    /// work up to about this number: docs/performance.md.
+    const FREE: u64 = 250_000;
+
+    pub fn redundant_entries(self) -> u64 {
+        match self {
+            Repeatable::Auto => Repeatable::FREE,
+            Repeatable::Always => u64::MAX,
+            Repeatable::Never => 0,
+        }
+    }
 }
 
 /// Unknowns from which on incomplete factors are better than complete ones in space: docs/performance.md. In the plane

@@ -4,7 +4,7 @@ use super::arc_length::{LengthStep, try_length};
 use super::attempt::{Approach, Failure, Solution, Solver, Tried, external_forces, pressure_forces, try_step};
 use super::balance::{LARGEST_IMBALANCE, imbalance, share_points};
 use super::convergence::IterationRecord;
-use super::equilibrium::Equilibrium;
+use super::equilibrium::{Equilibrium, has_damage};
 use super::path::{Goal, Reached, Review};
 use super::settings::{SolverMethod, SolverSettings, Stage};
 use super::state::AnalysisState;
@@ -336,6 +336,9 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         let matrix = BlockMatrix::new(&self.session, format, N, active.owned, &own, &other)?;
         let options = NewtonOptions {
             max_iterations: self.settings.max_iterations,
+            redundant_entries: self.settings.repeatable.redundant_entries(),
+            // Rows of damage are a field equation, whose diagonal says nothing about its coupling to forces.
+            scaled_by_diagonal: !has_damage::<C, D, N>(),
         };
         // A new solver for a new pattern: preconditioners of several levels keep sizes that a reset does not clear.
         let newton = Newton::new(&self.session, &layout, matrix, &options)?;

@@ -1,7 +1,7 @@
 //! Partitioner, ordering and line search change the way, not the answer.
 
 use super::scenes;
-use crate::common::compare::same_history;
+use crate::common::compare::{same_history, same_path};
 use crate::common::launch::Launch;
 
 const TOLERANCE: f64 = 1e-8;
@@ -104,4 +104,28 @@ fn the_iterative_method_gives_the_same_history() {
         assert!(!used.contains("MUMPS"), "the summary names {used}");
         same_history("iterative", &run.history(), &direct, 1e-6);
     }
+}
+
+/// Whether the ranks share a factorisation or each does all of it: an answer, and who gave it.
+#[test]
+fn shared_and_redundant_factorisations_give_the_same_history() {
+    let alone = scenes::softening_column().run().completed().history();
+    for (choice, everywhere) in [("auto", true), ("always", true), ("never", false)] {
+        let setting = format!("solver.repeatable={choice}");
+        let run = scenes::softening_column().set(&[&setting]).ranks(3).run().completed();
+        let used = run.summary().text("ordering").to_owned();
+        assert!(used.starts_with("MUMPS lu, "), "{choice}: {used}");
+        assert_eq!(used.ends_with(", on every rank"), everywhere, "{choice}: {used}");
+        same_path(choice, &run.history(), &alone, TOLERANCE);
+    }
+}
+
+/// A matrix that the rank factorises on its own takes the user's options for MUMPS and his preconditioner.
+#[test]
+fn options_reach_the_factorisation_on_every_rank() {
+    let block = || scenes::block().set(&["solver.repeatable=always"]).ranks(2);
+    let pord = block().petsc("-mat_mumps_icntl_7 4").run().completed();
+    assert_eq!(pord.summary().text("ordering"), "MUMPS lu, PORD, on every rank");
+    let shared = block().petsc("-pc_type lu").run().completed();
+    assert!(!shared.summary().text("ordering").contains("every rank"));
 }

@@ -171,7 +171,10 @@ fn solver(session: &Rc<Session>, lattice: &Lattice) -> Newton {
         session,
         &lattice.layout(),
         matrix,
-        &NewtonOptions { max_iterations: 30 },
+        &NewtonOptions {
+            max_iterations: 30,
+            ..NewtonOptions::default()
+        },
     )
     .expect("a solver")
 }
@@ -417,7 +420,10 @@ fn iterative(session: &Rc<Session>) {
     let mut modes: Vec<Vec<f64>> = (0..BLOCK).map(mode).collect();
     modes.push(vec![1.0; BLOCK * lattice.owned]);
     matrix.set_near_null_space(&modes).expect("a near null space");
-    let options = NewtonOptions { max_iterations: 30 };
+    let options = NewtonOptions {
+        max_iterations: 30,
+        ..NewtonOptions::default()
+    };
     let mut newton = Newton::new(session, &lattice.layout(), matrix, &options).expect("a solver");
     let mut u = vec![0.0; BLOCK * lattice.owned];
     let outcome = newton

@@ -1,10 +1,10 @@
 //! Stages, tolerances, solver and stabilisation.
 
 use super::Check;
-use crate::config::file::{AdaptiveKeys, GhostScalingName, PartitionerName, SolverMethodName};
+use crate::config::file::{AdaptiveKeys, GhostScalingName, PartitionerName, RepeatableName, SolverMethodName};
 use crate::config::path::Path;
 use crate::grid::ghost::{GhostScaling, GhostSettings};
-use crate::solve::settings::{Adaptive, PartitionerKind, SolverMethod, SolverSettings, Stage};
+use crate::solve::settings::{Adaptive, PartitionerKind, Repeatable, SolverMethod, SolverSettings, Stage};
 
 const MAXIMUM_HALVINGS: u32 = 40;
 
@@ -95,6 +95,11 @@ impl Check<'_> {
                 SolverMethodName::Auto => SolverMethod::Auto,
                 SolverMethodName::Direct => SolverMethod::Direct,
                 SolverMethodName::Iterative => SolverMethod::Iterative,
+            },
+            repeatable: match keys.repeatable {
+                RepeatableName::Auto => Repeatable::Auto,
+                RepeatableName::Always => Repeatable::Always,
+                RepeatableName::Never => Repeatable::Never,
             },
             partitioner: match keys.partitioner {
                 PartitionerName::Auto => PartitionerKind::Auto,
