@@ -289,7 +289,7 @@ fn the_python_code_of_the_tour_runs() {
         .map(|snippet| finish(Command::new(&python).args(["-c", snippet]), &folder))
         .collect();
     let pages = blocks(&read("docs/results.md"), "python");
-    assert_eq!(pages.len(), 3, "h5py, pyvista and the history");
+    assert_eq!(pages.len(), 4, "h5py, pyvista, other viewers and the history");
     assert!(
         pages.iter().all(|snippet| snippet.lines().count() <= 12),
         "about ten lines each"
@@ -302,10 +302,13 @@ fn the_python_code_of_the_tour_runs() {
         "144 points at 3 times",
         "largest chi at the end",
         "144 points, shear stress",
+        "3 files, the last one at 1.0",
         "21 rows, last load",
     ] {
         assert!(read_back.contains(expected), "no \"{expected}\" in: {read_back}");
     }
+    let series = fs::read_to_string(folder.join("results/shear_layer/points.pvd")).expect("the series is written");
+    assert!(series.contains(r#"timestep="1.0" file="points_0002.vtu""#), "{series}");
     let picture = fs::read(folder.join("chi.png")).expect("the picture is drawn");
     assert!(picture.starts_with(b"\x89PNG") && picture.len() > 2_000);
     for expected in ["peak 5.69", "3 snapshots of 144 points", "differ by up to"] {

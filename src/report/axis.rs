@@ -13,8 +13,10 @@ pub enum Scale {
     Linear,
     /// Whole numbers, such as those of steps: no marks in between.
     Whole,
-    /// Powers of ten. Values that are not positive are left out.
+    /// Powers of ten, with 2 and 5 times them where the data span less than two. Values that are not positive are left out.
     Log,
+    /// Powers of two, as of numbers of ranks. Values that are not positive are left out.
+    Doubling,
 }
 
 /// One axis of a chart.
@@ -47,6 +49,14 @@ impl Axis {
         }
     }
 
+    /// The same with powers of two.
+    pub fn doubling(self) -> Self {
+        Axis {
+            scale: Scale::Doubling,
+            ..self
+        }
+    }
+
     /// The same for whole numbers.
     pub fn whole(self) -> Self {
         Axis {
@@ -57,7 +67,7 @@ impl Axis {
 
     /// Fits the axis to data; what is not finite, and on a logarithmic axis not positive, does not count.
     pub fn fit(&self, data: impl Iterator<Item = f64>) -> Fitted {
-        let log = self.scale == Scale::Log;
+        let log = matches!(self.scale, Scale::Log | Scale::Doubling);
         let known = data.filter(|value| value.is_finite() && (!log || *value > 0.0));
         let limits = |(low, high): (f64, f64), value: f64| (low.min(value), high.max(value));
         let found = known.fold((f64::INFINITY, f64::NEG_INFINITY), limits);
@@ -65,6 +75,7 @@ impl Axis {
         let found = if found.0 <= found.1 { found } else { default };
         match self.scale {
             Scale::Log => self.fit_log(self.range.unwrap_or(found)),
+            Scale::Doubling => self.fit_doubling(self.range.unwrap_or(found)),
             Scale::Linear | Scale::Whole => self.fit_linear(found),
         }
     }
@@ -96,10 +107,10 @@ impl Axis {
     }
 
     fn fit_log(&self, found: (f64, f64)) -> Fitted {
-        let (mut low, mut high) = (found.0.log10().floor(), found.1.log10().ceil());
-        if low == high {
-            (low, high) = (low - 1.0, high + 1.0);
+        if found.1 < 100.0 * found.0 {
+            return self.fit_short_log(found);
         }
+        let (low, high) = (found.0.log10().floor(), found.1.log10().ceil());
         let (low_power, high_power) = (low as i32, high as i32);
         let stride = ((high_power - low_power + 7) / 8).max(1);
         let ticks = (low_power..=high_power)
@@ -112,10 +123,60 @@ impl Axis {
         } else {
             (low_power..=high_power).map(f64::from).collect()
         };
+        self.logarithmic((low, high), ticks, minor)
+    }
+
+    /// Less than two powers of ten: from one of 1, 2, 5 times a power to another.
+    fn fit_short_log(&self, found: (f64, f64)) -> Fitted {
+        const LABELLED: [i32; 3] = [1, 2, 5];
+        let (first, last) = (found.0.log10().floor() as i32 - 1, found.1.log10().ceil() as i32 + 1);
+        let place = |power: i32, digit: i32| f64::from(power) + f64::from(digit).log10();
+        let all = (first..=last).flat_map(|power| (1..10).map(move |digit| (power, digit)));
+        let (marks, others): (Vec<_>, Vec<_>) = all.partition(|(_, digit)| LABELLED.contains(digit));
+        let places = marks.iter().map(|&(power, digit)| place(power, digit));
+        let (from, to) = (found.0.log10(), found.1.log10());
+        let mut low = places
+            .clone()
+            .filter(|place| *place <= from + 1e-9)
+            .fold(f64::NEG_INFINITY, f64::max);
+        let mut high = places
+            .clone()
+            .filter(|place| *place >= to - 1e-9)
+            .fold(f64::INFINITY, f64::min);
+        if low == high {
+            low = places
+                .clone()
+                .filter(|place| *place < low)
+                .fold(f64::NEG_INFINITY, f64::max);
+            high = places.filter(|place| *place > high).fold(f64::INFINITY, f64::min);
+        }
+        let inside = |place: f64| (low..=high).contains(&place);
+        let ticks = marks
+            .iter()
+            .map(|&(power, digit)| (place(power, digit), power_label(power, digit)));
+        let minor = others.iter().map(|&(power, digit)| place(power, digit));
+        let ticks = ticks.filter(|(place, _)| inside(*place)).collect();
+        self.logarithmic((low, high), ticks, minor.filter(|place| inside(*place)).collect())
+    }
+
+    fn fit_doubling(&self, found: (f64, f64)) -> Fitted {
+        let (first, last) = (found.0.log2().floor() as i32, found.1.log2().ceil() as i32);
+        let last = last.max(first + 1);
+        let stride = ((last - first + 7) / 8).max(1);
+        let place = |power: i32| f64::from(power) * 2f64.log10();
+        let ticks = (first..=last)
+            .filter(|power| (power - first) % stride == 0)
+            .map(|power| (place(power), format!("{}", 2f64.powi(power))))
+            .collect();
+        self.logarithmic((place(first), place(last)), ticks, Vec::new())
+    }
+
+    /// An axis of logarithms to base ten.
+    fn logarithmic(&self, range: (f64, f64), ticks: Vec<(f64, String)>, minor: Vec<f64>) -> Fitted {
         Fitted {
             factor: 1.0,
             log: true,
-            range: (low, high),
+            range,
             ticks,
             minor,
             title: titled(&self.label, &self.unit),
@@ -204,6 +265,15 @@ fn nice_step(least: f64) -> f64 {
     factors.iter().find(fits).unwrap_or(&10.0) * power
 }
 
+/// A digit times a power of ten, written out where that is short.
+fn power_label(power: i32, digit: i32) -> String {
+    match (power, digit) {
+        (-2..=3, _) => decimal(f64::from(digit) * 10f64.powi(power), (-power).max(0) as usize),
+        (_, 1) => format!("10{}", superscript(power)),
+        _ => format!("{digit}·10{}", superscript(power)),
+    }
+}
+
 /// A number with a fixed number of decimals and a proper minus sign.
 fn decimal(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
@@ -275,6 +345,23 @@ mod tests {
         assert_eq!(fitted.place(-1.0), None);
         let wide = Axis::new("residual", "").log().fit([1e-16, 1e2].into_iter());
         assert!(wide.ticks.len() <= 9, "{:?}", wide.ticks);
+    }
+
+    #[test]
+    fn a_short_logarithmic_axis_has_marks_between_powers_of_ten() {
+        let times = Axis::new("wall time", "s").log().fit([2.7, 3.6, 14.0].into_iter());
+        assert_eq!(labels(&times), ["2", "5", "10", "20"]);
+        assert!((times.range.0 - 2f64.log10()).abs() < 1e-12, "{times:?}");
+        assert_eq!(times.minor.len(), 6, "3, 4, 6, 7, 8 and 9: {times:?}");
+        let errors = Axis::new("error", "").log().fit([1.8e-3, 0.013].into_iter());
+        assert_eq!(labels(&errors), ["10⁻³", "2·10⁻³", "5·10⁻³", "0.01", "0.02"]);
+    }
+
+    #[test]
+    fn ranks_double_from_mark_to_mark() {
+        let ranks = Axis::new("ranks", "").doubling().fit([1.0, 2.0, 6.0].into_iter());
+        assert_eq!(labels(&ranks), ["1", "2", "4", "8"]);
+        assert_eq!(ranks.place(2.0), Some(ranks.ticks[1].0));
     }
 
     #[test]

@@ -126,11 +126,15 @@ fn scaling(study: &Study, rows: &[Row<'_>]) -> Vec<Figure> {
         }
         let ideal = |&(ranks, _): &(f64, f64)| (ranks, ideal_time(points[0], ranks, weak));
         let efficiency = |&(ranks, time): &(f64, f64)| (ranks, ideal_time(points[0], ranks, weak) / time);
-        times.push(series(number, &group.name, points.clone()));
+        let name = if group.name.is_empty() { "measured" } else { &group.name };
+        times.push(series(number, name, points.clone()));
         times.push(
-            Series::new("", points.iter().map(ideal).collect())
-                .joined(Line::Dashed)
-                .coloured(number),
+            Series::new(
+                if number == 0 { "ideal" } else { "" },
+                points.iter().map(ideal).collect(),
+            )
+            .joined(Line::Dashed)
+            .coloured(number),
         );
         efficiencies.push(series(number, &group.name, points.iter().map(efficiency).collect()));
     }
@@ -142,13 +146,21 @@ fn scaling(study: &Study, rows: &[Row<'_>]) -> Vec<Figure> {
     } else {
         ("strong", "the same work")
     };
-    let ranks = || Axis::new("ranks", "");
+    let ranks = || Axis::new("ranks", "").doubling();
+    let best = efficiencies
+        .iter()
+        .flat_map(|line| &line.points)
+        .fold(1.0, |best: f64, point| best.max(point.1));
+    let share = Axis {
+        range: Some((0.0, 1.05 * best)),
+        ..Axis::new("parallel efficiency", "")
+    };
     vec![
         Figure {
             stem: "wall_time_against_ranks".to_owned(),
             chart: LineChart::new(
                 &format!("{}: wall time ({kind} scaling)", study.title),
-                ranks().log(),
+                ranks(),
                 Axis::new("wall time", "s").log(),
                 times,
             ),
@@ -159,7 +171,7 @@ fn scaling(study: &Study, rows: &[Row<'_>]) -> Vec<Figure> {
             chart: LineChart::new(
                 &format!("{}: efficiency ({kind} scaling)", study.title),
                 ranks(),
-                Axis::new("parallel efficiency", ""),
+                share,
                 efficiencies,
             ),
             caption: format!("Ideal over measured wall time of {work}; 1 is ideal."),
