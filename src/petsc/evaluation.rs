@@ -8,8 +8,9 @@ use petsc_sys as sys;
 use sys::PetscInt;
 
 use super::error::{PetscError, check};
-use super::matrix::{BlockMatrix, ScalarCopy};
+use super::matrix::BlockMatrix;
 use super::nonlinear::{Evaluate, Iteration, Nonlinear, Verdict};
+use super::scalar_copy::ScalarCopy;
 use super::vector::{GhostVector, norm, with_values, with_values_mut};
 use crate::parallel::World;
 

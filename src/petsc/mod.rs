@@ -18,8 +18,10 @@ mod newton;
 mod nonlinear;
 mod ordering;
 mod partition;
+mod pattern;
 mod redundant;
 mod remote;
+mod scalar_copy;
 mod session;
 mod vector;
 

@@ -9,10 +9,11 @@ use petsc_sys as sys;
 
 use super::error::{PetscError, check, forget_message, report_in_drop, text};
 use super::evaluation::{Evaluation, Stop, check_direction, converged, jacobian, residual};
-use super::matrix::{BlockMatrix, ScalarCopy};
+use super::matrix::BlockMatrix;
 use super::nonlinear::{End, Nonlinear, Outcome, SolveError, Verdict};
 use super::ordering;
 use super::redundant;
+use super::scalar_copy::ScalarCopy;
 use super::session::Session;
 use super::vector::{GhostVector, Layout, Vector, index};
 

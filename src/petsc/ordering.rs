@@ -11,6 +11,7 @@ use petsc_sys as sys;
 use sys::{PetscInt, idx_t};
 
 use super::error::{PetscError, check, text};
+use super::pattern::{self, Pattern};
 use super::session::Session;
 use super::vector::index;
 
@@ -66,7 +67,11 @@ unsafe fn positions(matrix: sys::Mat) -> Result<Vec<PetscInt>, PetscError> {
     };
     let block = block as usize;
     // SAFETY: by contract.
-    let graph = unsafe { node_graph(matrix, block)? };
+    let graph = unsafe {
+        pattern::with_rows(matrix, Pattern::Symmetric, |starts, columns| {
+            compress(starts, columns, block)
+        })?
+    };
     let nodes = graph.starts.len() - 1;
     let positions = if nodes < SMALLEST {
         (0..nodes).collect()
@@ -112,55 +117,6 @@ impl NodeGraph {
             ));
         }
         Ok(position.into_iter().map(|p| p as usize).collect())
-    }
-}
-
-/// The graph of the nodes of a matrix, each of `block` rows.
-///
-/// # Safety
-/// `matrix` is a valid matrix on one rank.
-unsafe fn node_graph(matrix: sys::Mat, block: usize) -> Result<NodeGraph, PetscError> {
-    let (mut rows, mut starts, mut columns, mut done) = (0, null(), null(), sys::PETSC_FALSE);
-    // The pattern of A + Aᵀ, row by row: PETSc's own compression joins equal rows, which need not be nodes.
-    let (symmetric, compressed) = (sys::PETSC_TRUE, sys::PETSC_FALSE);
-    // SAFETY: the handle and the out-pointers are valid; the lists are read only before they are given back, whose
-    // call also clears the count.
-    unsafe {
-        check(sys::MatGetRowIJ(
-            matrix,
-            0,
-            symmetric,
-            compressed,
-            &mut rows,
-            &mut starts,
-            &mut columns,
-            &mut done,
-        ))?;
-        if done != sys::PETSC_TRUE {
-            return Err(PetscError::refused(
-                sys::PETSC_ERR_SUP,
-                "this matrix type gives no access to its pattern",
-            ));
-        }
-        let row_starts = std::slice::from_raw_parts(starts, rows as usize + 1);
-        let length = row_starts[rows as usize] as usize;
-        let row_columns = if length == 0 {
-            &[]
-        } else {
-            std::slice::from_raw_parts(columns, length)
-        };
-        let graph = compress(row_starts, row_columns, block);
-        check(sys::MatRestoreRowIJ(
-            matrix,
-            0,
-            symmetric,
-            compressed,
-            &mut rows,
-            &mut starts,
-            &mut columns,
-            &mut done,
-        ))?;
-        graph
     }
 }
 

@@ -29,7 +29,7 @@ const PALETTE: [RGBColor; 7] = [
 const LEGEND_ROW: f64 = 20.0;
 
 /// Margin left of the title of the upright axis, which is drawn around the edge of the area of the labels [pixels].
-const LEFT_MARGIN: f64 = 18.0;
+pub(super) const LEFT_MARGIN: f64 = 18.0;
 
 type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<Fitted, Fitted>>;
 type Refused = DrawingAreaErrorKind<std::io::Error>;

@@ -11,6 +11,7 @@ use resvg::tiny_skia::{Color as Fill, Paint, Pixmap, Rect, Transform};
 
 use super::axis::{Axis, Fitted, scaled_unit};
 use super::canvas::{self, Area, INK, MUTED, text_width, units};
+use super::chart::LEFT_MARGIN;
 use super::error::ReportError;
 
 /// Pixels of a picture per pixel of the drawing.
@@ -233,7 +234,8 @@ impl View {
             .margin_top(units(MARGIN[1]))
             .margin_right(dimensions.0 as i32 - units(MARGIN[0] + width))
             .margin_bottom(dimensions.1 as i32 - units(MARGIN[1] + height + MARGIN[3] - 8.0))
-            .y_label_area_size(units(MARGIN[0]))
+            .margin_left(units(LEFT_MARGIN))
+            .y_label_area_size(units(MARGIN[0] - LEFT_MARGIN))
             .x_label_area_size(units(MARGIN[3] - 8.0))
             .build_cartesian_2d(x.clone(), y.clone())?
             .configure_mesh()
