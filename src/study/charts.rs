@@ -113,12 +113,10 @@ fn errors_against_cells(study: &Study, rates: &[Rate]) -> Vec<Figure> {
     study.measures.iter().filter_map(of_measure).collect()
 }
 
-/// Wall time and efficiency against ranks, with what would be ideal.
-fn scaling(study: &Study, rows: &[Row<'_>]) -> Vec<Figure> {
-    let weak = study.scaling == ScalingName::Weak;
+/// Lines of wall time, each with what would be ideal, and lines of efficiency, against ranks.
+fn scaling_lines(study: &Study, rows: &[Row<'_>], weak: bool) -> (Vec<Series>, Vec<Series>) {
     let (mut times, mut efficiencies) = (Vec::new(), Vec::new());
-    let groups = lines::by_ranks(study, rows);
-    for (number, group) in groups.iter().enumerate() {
+    for (number, group) in lines::by_ranks(study, rows).iter().enumerate() {
         let point = |row: &&Row<'_>| Some((row.run.ranks as f64, row.outcome.number("wall_seconds")?));
         let points: Vec<(f64, f64)> = group.rows.iter().filter_map(point).collect();
         if points.len() < 2 || points.windows(2).any(|pair| pair[0].0 == pair[1].0) {
@@ -126,18 +124,20 @@ fn scaling(study: &Study, rows: &[Row<'_>]) -> Vec<Figure> {
         }
         let ideal = |&(ranks, _): &(f64, f64)| (ranks, ideal_time(points[0], ranks, weak));
         let efficiency = |&(ranks, time): &(f64, f64)| (ranks, ideal_time(points[0], ranks, weak) / time);
-        let name = if group.name.is_empty() { "measured" } else { &group.name };
-        times.push(series(number, name, points.clone()));
-        times.push(
-            Series::new(
-                if number == 0 { "ideal" } else { "" },
-                points.iter().map(ideal).collect(),
-            )
-            .joined(Line::Dashed)
-            .coloured(number),
-        );
+        let measured = if group.name.is_empty() { "measured" } else { &group.name };
+        let dashed = if times.is_empty() { "ideal" } else { "" };
+        let best = Series::new(dashed, points.iter().map(ideal).collect());
+        times.push(series(number, measured, points.clone()));
+        times.push(best.joined(Line::Dashed).coloured(number));
         efficiencies.push(series(number, &group.name, points.iter().map(efficiency).collect()));
     }
+    (times, efficiencies)
+}
+
+/// Wall time and efficiency against ranks.
+fn scaling(study: &Study, rows: &[Row<'_>]) -> Vec<Figure> {
+    let weak = study.scaling == ScalingName::Weak;
+    let (times, efficiencies) = scaling_lines(study, rows, weak);
     if times.is_empty() {
         return Vec::new();
     }
@@ -147,33 +147,22 @@ fn scaling(study: &Study, rows: &[Row<'_>]) -> Vec<Figure> {
         ("strong", "the same work")
     };
     let ranks = || Axis::new("ranks", "").doubling();
-    let best = efficiencies
-        .iter()
-        .flat_map(|line| &line.points)
-        .fold(1.0, |best: f64, point| best.max(point.1));
-    let share = Axis {
+    let points = efficiencies.iter().flat_map(|line| &line.points);
+    let best = points.fold(1.0, |best: f64, point| best.max(point.1));
+    let efficiency = Axis {
         range: Some((0.0, 1.05 * best)),
         ..Axis::new("parallel efficiency", "")
     };
+    let title = |what: &str| format!("{}: {what} ({kind} scaling)", study.title);
     vec![
         Figure {
             stem: "wall_time_against_ranks".to_owned(),
-            chart: LineChart::new(
-                &format!("{}: wall time ({kind} scaling)", study.title),
-                ranks(),
-                Axis::new("wall time", "s").log(),
-                times,
-            ),
+            chart: LineChart::new(&title("wall time"), ranks(), Axis::new("wall time", "s").log(), times),
             caption: format!("Wall time of {work}; dashed: ideal."),
         },
         Figure {
             stem: "efficiency_against_ranks".to_owned(),
-            chart: LineChart::new(
-                &format!("{}: efficiency ({kind} scaling)", study.title),
-                ranks(),
-                share,
-                efficiencies,
-            ),
+            chart: LineChart::new(&title("efficiency"), ranks(), efficiency, efficiencies),
             caption: format!("Ideal over measured wall time of {work}; 1 is ideal."),
         },
     ]
