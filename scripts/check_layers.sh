@@ -9,7 +9,8 @@ problem:
 clock:
 interrupt:
 version:
-parallel:
+console:
+parallel:   console
 error:      problem
 continuum:
 material:   continuum problem
@@ -17,16 +18,16 @@ grid:       parallel problem
 points:     continuum grid parallel
 condition:  continuum grid points
 assembly:   continuum material grid points condition parallel clock
-petsc:      parallel clock error
+petsc:      parallel clock console error
 solve:      continuum grid points condition assembly petsc parallel clock error interrupt
 output:     parallel clock error
 report:     config
 verification: continuum material points parallel
 scene:      continuum grid material points condition solve verification
 config:     scene grid material points condition solve verification problem
-study:      config error output points problem report scene version
-app:        assembly clock condition config continuum error grid interrupt material output parallel petsc points problem report scene solve verification version
-main:       app clock config error parallel scene study
+study:      config console error output points problem report scene version
+app:        assembly clock condition config console continuum error grid interrupt material output parallel petsc points problem report scene solve verification version
+main:       app clock config console error parallel scene study
 lib:
 "
 failed=0

@@ -4,6 +4,7 @@ use mpm_petsc::app::{self, Task};
 use mpm_petsc::clock::Clock;
 use mpm_petsc::config::Source;
 use mpm_petsc::config::arguments::{Command, Exit, parse};
+use mpm_petsc::console;
 use mpm_petsc::error::Error;
 use mpm_petsc::parallel::World;
 use mpm_petsc::scene::Scene;
@@ -19,7 +20,7 @@ fn main() {
         exit(study::execute(study).map_or_else(|error| told(&error), |()| 0));
     }
     let Some(world) = World::start() else {
-        eprintln!("error: MPI cannot be started");
+        console::complain(format_args!("error: MPI cannot be started"));
         exit(1);
     };
     let code = match command {
@@ -27,8 +28,8 @@ fn main() {
         Err(Exit { message, code }) => {
             match (world.is_root(), code) {
                 (false, _) => {}
-                (true, 0) => print!("{message}"),
-                (true, _) => eprint!("{message}"),
+                (true, 0) => console::print(format_args!("{message}")),
+                (true, _) => console::complain(format_args!("{}", message.trim_end())),
             }
             code
         }
@@ -69,7 +70,7 @@ fn perform(world: &World, command: Command, clock: &Rc<Clock>) -> i32 {
 
 /// Prints why the program ends early; returns its exit code.
 fn told(error: &Error) -> i32 {
-    eprintln!("{}", prefixed(error));
+    console::complain(format_args!("{}", prefixed(error)));
     error.exit_code()
 }
 

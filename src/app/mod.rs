@@ -14,6 +14,7 @@ mod templates;
 
 use crate::clock::Clock;
 use crate::config::{Input, Source};
+use crate::console;
 use crate::continuum::classical::Classical;
 use crate::continuum::gradient_micropolar::GradientMicropolar;
 use crate::continuum::micropolar::Micropolar;
@@ -104,10 +105,14 @@ pub fn execute(world: &World, scene: &Scene, source: &Source, task: Task, clock:
 pub fn print_versions(world: &World) -> Result<(), Error> {
     let session = Session::start(world, &[])?;
     if world.is_root() {
-        println!("mpm-petsc {} ({})", crate::version::PROGRAM, crate::version::COMMIT);
+        console::say(format_args!(
+            "mpm-petsc {} ({})",
+            crate::version::PROGRAM,
+            crate::version::COMMIT
+        ));
         facts::versions(session.version())
             .iter()
-            .for_each(|(name, version)| println!("{name} {version}"));
+            .for_each(|(name, version)| console::say(format_args!("{name} {version}")));
     }
     Ok(())
 }

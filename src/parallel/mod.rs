@@ -7,6 +7,7 @@ mod directory;
 
 pub use directory::{Directory, Numbered, Numbering};
 
+use crate::console;
 use std::rc::Rc;
 use std::time::Duration;
 
@@ -107,7 +108,7 @@ impl World {
         if !self.is_root() {
             std::thread::sleep(FIRST_WORD);
         }
-        eprintln!("error: rank {}: {message}", self.rank());
+        console::complain(format_args!("error: rank {}: {message}", self.rank()));
         self.abort(1)
     }
 

@@ -1,5 +1,6 @@
 //! Return codes of PETSc as values.
 
+use crate::console;
 use std::cell::RefCell;
 use std::ffi::{CStr, c_char, c_int, c_void};
 use std::fmt;
@@ -114,7 +115,7 @@ pub(super) unsafe fn text(pointer: *const c_char) -> String {
 /// What a destructor does with a failed call: it cannot return it, and must not hide it.
 pub(super) fn report_in_drop(what: &str, code: sys::PetscErrorCode) {
     if let Err(error) = check(code) {
-        eprintln!("{what}: {error}");
+        console::complain(format_args!("{what}: {error}"));
         debug_assert!(false, "{what}: {error}");
     }
 }

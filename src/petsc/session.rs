@@ -1,5 +1,6 @@
 //! The life of PETSc in this process.
 
+use crate::console;
 use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_char, c_int};
 use std::ptr::null_mut;
@@ -254,7 +255,7 @@ fn initialise(world: &World, arguments: &[CString]) -> Result<(), PetscError> {
     };
     if let (Err(error), true) = (&started, world.size() > 1) {
         // PETSc reads files on one rank, which may be the only one to know; the others wait inside PETSc.
-        eprintln!("rank {}: {error}", world.rank());
+        console::complain(format_args!("rank {}: {error}", world.rank()));
         world.abort(1);
     }
     started

@@ -2,6 +2,7 @@
 
 use super::outcome::{self, State};
 use super::plan::{Run, Study};
+use crate::console;
 use crate::error::Error;
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -74,7 +75,7 @@ pub fn all(study: &Study, program: &str, jobs: usize) -> Result<(), Error> {
         .iter()
         .filter(|run| outcome::state(run) != State::Done)
         .collect();
-    println!("{} runs, {} to do", study.runs.len(), due.len());
+    console::say(format_args!("{} runs, {} to do", study.runs.len(), due.len()));
     warn_of_crowding(&due, jobs);
     let (next, ended) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let work = || -> Result<(), Error> {
@@ -86,7 +87,11 @@ pub fn all(study: &Study, program: &str, jobs: usize) -> Result<(), Error> {
             })?;
             let count = 1 + ended.fetch_add(1, Ordering::Relaxed);
             let seconds = begin.elapsed().as_secs_f64();
-            println!("[{count}/{}] {}: {told} in {seconds:.1} s", due.len(), run.name);
+            console::say(format_args!(
+                "[{count}/{}] {}: {told} in {seconds:.1} s",
+                due.len(),
+                run.name
+            ));
         }
         Ok(())
     };
@@ -104,7 +109,9 @@ fn warn_of_crowding(due: &[&Run], jobs: usize) {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let most = due.iter().map(|run| run.ranks).max().unwrap_or(0) * jobs.min(due.len());
     if most > cores {
-        println!("warning: up to {most} ranks at once share {cores} cores; the times will not mean much");
+        console::say(format_args!(
+            "warning: up to {most} ranks at once share {cores} cores; the times will not mean much"
+        ));
     }
 }
 

@@ -18,6 +18,7 @@ mod slurm;
 mod table;
 
 use crate::config::arguments::StudyArguments;
+use crate::console;
 use crate::error::Error;
 use outcome::State;
 use plan::Study;
@@ -46,15 +47,18 @@ pub fn execute(arguments: &StudyArguments) -> Result<(), Error> {
 fn list(study: &Study, program: &str) -> Result<(), Error> {
     for (number, run) in study.runs.iter().enumerate() {
         let state = outcome::state(run);
-        println!("{:3}  {}  [{state}]", number + 1, run.name);
-        println!("     {}", launch::shell_line(&study.command(run, program)));
+        console::say(format_args!("{:3}  {}  [{state}]", number + 1, run.name));
+        console::say(format_args!(
+            "     {}",
+            launch::shell_line(&study.command(run, program))
+        ));
     }
     let count = study
         .runs
         .iter()
         .filter(|run| outcome::state(run) != State::Done)
         .count();
-    println!("{} runs, {count} to do", study.runs.len());
+    console::say(format_args!("{} runs, {count} to do", study.runs.len()));
     Ok(())
 }
 
@@ -63,11 +67,11 @@ fn collect(study: &Study) -> Result<(), Error> {
     let rows = table::rows(study);
     table::write(study, &rows)?;
     let rates = rates::table(study, &rows);
-    print!("{}", rates::text(&rates));
+    console::print(format_args!("{}", rates::text(&rates)));
     let figures = charts::draw(study, &rows, &rates)?;
     page::write(study, &rows, &rates, &figures)?;
-    println!("wrote {}", study.folder.join("study.csv").display());
-    println!("wrote {}", study.folder.join("study.html").display());
+    console::say(format_args!("wrote {}", study.folder.join("study.csv").display()));
+    console::say(format_args!("wrote {}", study.folder.join("study.html").display()));
     let incomplete = rows.iter().filter(|row| !row.outcome.completed()).count();
     if incomplete > 0 {
         let message = format!("{incomplete} of {} runs did not complete; see study.csv", rows.len());

@@ -3,6 +3,7 @@
 use super::launch::shell_line;
 use super::outcome::{self, State};
 use super::plan::{Run, Study};
+use crate::console;
 use crate::error::Error;
 use crate::output::folder::write_atomically;
 use std::collections::BTreeMap;
@@ -20,10 +21,10 @@ pub fn write(study: &Study, program: &str, file: &str) -> Result<(), Error> {
         .filter(|run| outcome::state(run) != State::Done)
         .collect();
     if due.is_empty() {
-        println!(
+        console::say(format_args!(
             "every run is done; `{} study {file} --collect` makes table and charts",
             program
-        );
+        ));
         return Ok(());
     }
     let directory = std::env::current_dir().map_err(|error| {
@@ -40,9 +41,17 @@ pub fn write(study: &Study, program: &str, file: &str) -> Result<(), Error> {
         &path,
         script(study, program, &due, &directory, &folder, &collect).as_bytes(),
     )?;
-    println!("wrote {} with {} tasks; submit it with", path.display(), due.len());
-    submissions(&due, &path).iter().for_each(|line| println!("    {line}"));
-    println!("and make table and charts when they are done with\n    {collect}");
+    console::say(format_args!(
+        "wrote {} with {} tasks; submit it with",
+        path.display(),
+        due.len()
+    ));
+    submissions(&due, &path)
+        .iter()
+        .for_each(|line| console::say(format_args!("    {line}")));
+    console::say(format_args!(
+        "and make table and charts when they are done with\n    {collect}"
+    ));
     Ok(())
 }
 

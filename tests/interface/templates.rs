@@ -2,7 +2,7 @@
 
 use crate::common::launch::Launch;
 use mpm_petsc::app::TEMPLATES;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 #[test]
 fn templates_are_listed() {
@@ -78,4 +78,27 @@ fn the_schema_is_printed_and_may_be_cut_short() {
         printed.contains("error: standard output: ") && printed.ends_with("{\n"),
         "{printed}"
     );
+}
+
+/// What nobody reads is dropped, and the work goes on.
+#[test]
+fn a_reader_that_leaves_at_once_changes_nothing() {
+    let study = ["study", "configs/studies/weak_scaling.yaml", "--dry-run"];
+    let commands: [(&[&str], i32); 4] = [
+        (&["--version"], 0),
+        (&["--help"], 0),
+        (&study, 0),
+        (&["check", "no_such_file.yaml"], 2),
+    ];
+    for (words, code) in commands {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_mpm-petsc"))
+            .args(words)
+            .current_dir(env!("CARGO_MANIFEST_DIR"))
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        drop((child.stdout.take(), child.stderr.take()));
+        assert_eq!(child.wait().expect("it ends").code(), Some(code), "{words:?}");
+    }
 }
