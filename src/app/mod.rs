@@ -35,7 +35,6 @@ use crate::solve::step::Analysis;
 use build::{Built, build};
 pub use point::point;
 use recorder::Recorder;
-use std::io::Write;
 use std::path::Path;
 use std::rc::Rc;
 pub use templates::{TEMPLATES, init};
@@ -104,17 +103,12 @@ pub fn execute(world: &World, scene: &Scene, source: &Source, task: Task, clock:
 /// Collective. Prints the versions of program and libraries.
 pub fn print_versions(world: &World) -> Result<(), Error> {
     let session = Session::start(world, &[])?;
-    if world.is_root() {
-        console::say(format_args!(
-            "mpm-petsc {} ({})",
-            crate::version::PROGRAM,
-            crate::version::COMMIT
-        ));
-        facts::versions(session.version())
-            .iter()
-            .for_each(|(name, version)| console::say(format_args!("{name} {version}")));
-    }
-    Ok(())
+    print(world, || {
+        let program = format!("mpm-petsc {} ({})\n", crate::version::PROGRAM, crate::version::COMMIT);
+        let libraries = facts::versions(session.version());
+        let lines = libraries.iter().map(|(name, version)| format!("{name} {version}\n"));
+        Ok(program + &lines.collect::<String>())
+    })
 }
 
 /// Collective. Prints a text that the root makes; a reader that has seen enough is no failure.
@@ -126,13 +120,7 @@ pub fn print(world: &World, text: impl FnOnce() -> Result<String, Error>) -> Res
         return Ok(());
     }
     let text = text()?;
-    let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Error::System(format!("standard output: {error}")))
-        }
-        _ => Ok(()),
-    }
+    console::write(format_args!("{text}")).map_err(|error| Error::System(format!("standard output: {error}")))
 }
 
 /// The JSON Schema of a configuration, as text.
