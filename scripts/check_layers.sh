@@ -24,7 +24,7 @@ output:     parallel clock error
 report:     config
 verification: continuum material points parallel
 scene:      continuum grid material points condition solve verification
-config:     scene grid material points condition solve verification problem
+config:     console scene grid material points condition solve verification problem
 study:      config console error output points problem report scene version
 app:        assembly clock condition config console continuum error grid interrupt material output parallel petsc points problem report scene solve verification version
 main:       app clock config console error parallel scene study

@@ -3,7 +3,7 @@
 use mpm_petsc::app::{self, Task};
 use mpm_petsc::clock::Clock;
 use mpm_petsc::config::Source;
-use mpm_petsc::config::arguments::{Command, Exit, parse};
+use mpm_petsc::config::arguments::{Command, Exit, completions, parse};
 use mpm_petsc::console;
 use mpm_petsc::error::Error;
 use mpm_petsc::parallel::World;
@@ -48,7 +48,8 @@ fn perform(world: &World, command: Command, clock: &Rc<Clock>) -> i32 {
             app::execute(world, &scene, &source, Task::Run { quiet, restart }, clock)
         }),
         Command::Schema => app::print(world, || Ok(app::schema_text())),
-        Command::Init(template) => app::print(world, || app::init(template.as_deref())),
+        Command::Init { template } => app::print(world, || app::init(template.as_deref())),
+        Command::Completions { shell } => app::print(world, || Ok(completions(shell))),
         Command::Point(point) => app::point(world, &point.config, &point.set),
         Command::Report(report) => app::report(world, &report.directory),
         Command::Check(check) => read(world, &check.config, &check.set)

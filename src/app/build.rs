@@ -15,6 +15,7 @@ use crate::condition::load::{Amount, DeadLoad, FaceLoad, LoadField};
 use crate::condition::pressure::{Patch, Pressure, Side};
 use crate::condition::weak::{slots, ties};
 use crate::config::Source;
+use crate::console;
 use crate::continuum::{Fields, Linearisation};
 use crate::error::Error;
 use crate::grid::Grid;
@@ -547,7 +548,7 @@ fn check_boundaries<C: Fields<D, N>, const D: usize, const N: usize>(
 impl<C: Fields<D, N>, const D: usize, const N: usize> Built<C, D, N> {
     /// What would be solved, in words.
     pub fn describe(&self, scene: &Scene) -> String {
-        let mut lines = vec![scene.title.clone()];
+        let mut lines = vec![console::shown(&scene.title).into_owned()];
         lines.push(format!("unknowns per node   {} ({})", N, C::UNKNOWNS.join(" ")));
         lines.push(format!("active nodes        {}", self.nodes));
         lines.push(format!("degrees of freedom  {}", self.nodes * N));

@@ -3,6 +3,7 @@
 use super::build::Built;
 use super::checkpoint::Spent;
 use crate::clock::{Clock, PhaseSeconds};
+use crate::console;
 use crate::continuum::Fields;
 use crate::error::Error;
 use crate::output::process;
@@ -37,7 +38,7 @@ pub fn print_header<C: Fields<D, N>, const D: usize, const N: usize>(
         version: crate::version::PROGRAM,
         commit: crate::version::COMMIT,
         libraries: &versions(session.version()),
-        title: &scene.title,
+        title: &console::shown(&scene.title),
         points: built.points,
         dofs: (built.nodes * N) as u64,
         ranks: world.size(),

@@ -51,7 +51,10 @@ impl Input {
     pub fn from_disk(file_name: &str, overrides: &[String]) -> Result<Input, Vec<Problem>> {
         let text = read_text(Path::new(file_name), MAXIMUM_CONFIGURATION).map_err(|reason| {
             // A command that takes no file is taken for one where it is misspelled.
-            let (file, message) = (file_name.to_owned(), reason + &did_you_mean(command_like(file_name)));
+            let (file, message) = (
+                file_name.to_owned(),
+                reason + &did_you_mean(command_like(file_name).as_deref()),
+            );
             let expected = "a configuration in YAML".to_owned();
             vec![Problem {
                 file,

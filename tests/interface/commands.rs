@@ -146,6 +146,29 @@ fn a_wrong_command_line_ends_with_two_and_one_message() {
     }
 }
 
+/// A title comes from a file that others may have written: it must not move the cursor of who runs it.
+#[test]
+fn what_a_terminal_would_obey_in_a_title_is_shown_instead() {
+    let title = [r#"title="red \e[31m\r\nand \x9B1A \u202E back""#];
+    let shown = r"red \u{1b}[31m\r\nand \u{9b}1A \u{202e} back";
+    for launch in [Launch::text(BLOCK), Launch::text(BLOCK).no_output().checking()] {
+        let run = launch.set(&title).run().completed();
+        assert!(run.stdout.contains(shown), "{:?}", run.stdout);
+        let obeyed = |letter: char| letter != '\n' && letter.is_control();
+        assert!(!run.stdout.contains(obeyed), "{:?}", run.stdout);
+    }
+    let folder = ["output.directory=\"a\\e[2J\""];
+    let run = Launch::text(BLOCK).no_output().set(&folder).run().expect_code(2);
+    assert!(run.stderr.contains("without control characters"), "{:?}", run.stderr);
+    assert!(!run.stderr.contains('\u{1b}'), "{:?}", run.stderr);
+}
+
+#[test]
+fn completions_are_printed_for_a_shell() {
+    let run = Launch::arguments(&["completions", "bash"]).ranks(2).run().completed();
+    assert_eq!(run.stdout.matches("complete -F").count(), 2, "{}", run.stdout);
+}
+
 #[test]
 fn options_after_two_dashes_reach_petsc() {
     let usual = Launch::text(BLOCK).run().completed();

@@ -5,6 +5,7 @@ use crate::condition::dirichlet::Component;
 use crate::config::file::{BoundaryComponentKeys, FieldName, HistoryKeys};
 use crate::config::path::Path;
 use crate::config::write;
+use crate::console;
 use crate::grid::mesh::MeshFace;
 use crate::scene::{HistoryColumn, HistoryQuantity, Kinematics, OutputSettings, PointField, Reduction, Target};
 
@@ -38,8 +39,9 @@ impl Check<'_> {
             "a whole number >= 1",
         );
         let directory = keys.directory.clone().unwrap_or_else(|| self.files.default_directory());
-        let named = !directory.trim().is_empty() && !directory.contains('\0');
-        self.require(named, &path.key("directory"), "this cannot be a folder", "a folder");
+        let named = !directory.trim().is_empty() && !directory.contains(console::is_command);
+        let expected = "a folder, without control characters in its name";
+        self.require(named, &path.key("directory"), "this cannot be a folder", expected);
         let history = self.history(&path.key("history"));
         let resolved_tree = write::resolved(self.config, self.files, &directory);
         Some(OutputSettings {
