@@ -10,6 +10,8 @@ pub mod elastic;
 pub mod hencky;
 pub mod sandstone;
 pub mod spec;
+#[cfg(test)]
+mod trials;
 
 use crate::continuum::classical::Classical;
 use crate::continuum::gradient_micropolar::GradientMicropolar;

@@ -281,3 +281,33 @@ fn wrong_paths_are_explained() {
         assert_eq!(run.stdout, "");
     }
 }
+
+/// A soil without dilatancy and hardening, the commonest one, pulled apart to the apex of its cone and on. There the mean
+/// Kirchhoff stress is `k/alpha = c cot(phi)`, the tip of the cone of Drucker and Prager (1952), whatever the motion.
+#[test]
+fn a_soil_without_dilatancy_stays_at_its_apex() {
+    for (friction, dilatancy, cohesion) in [(30.0_f64, 0.0, 10.0e3), (20.0, 0.0, 1.0), (40.0, 1.0e-6, 5.0e6)] {
+        let text = format!(
+            "materials:
+  soil: {{law: drucker_prager, youngs_modulus: 50.0e6, poisson_ratio: 0.2, friction_angle: {friction:?},
+         dilatancy_angle: {dilatancy:?}, cohesion: {cohesion:?}}}
+path:
+  material: soil
+  kinematics: three_dimensional
+  continuum: classical
+  steps: 50
+  deformation_gradient: [[1.3, 0.1, 0.0], [0.0, 1.2, 0.0], [0.0, 0.0, 1.1]]
+"
+        );
+        let found = table(&Launch::point(&text).run().completed().stdout);
+        assert_eq!(found.rows.len(), 50);
+        let expected = cohesion / friction.to_radians().tan();
+        for row in 30..50 {
+            let volume = tensor(&found, "F", row).determinant();
+            let (pressure, shear) = (found.column("pressure")[row], found.column("von_mises")[row]);
+            let error = (pressure * volume - expected).abs();
+            assert!(error < 1e-9 * expected, "step {row}: {pressure}, not {expected}");
+            assert!(shear.abs() < 1e-9 * expected, "step {row}: q = {shear}");
+        }
+    }
+}

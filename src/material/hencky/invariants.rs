@@ -99,7 +99,7 @@ impl ReturnMap {
     /// Stress invariants at the end of a step with this trial strain and this `chi` at its start.
     ///
     /// # Errors
-    /// A material that softens faster than its stress can fall, or whose strength is used up.
+    /// None of rounding: a material that softens faster than its stress can fall, or whose strength is used up.
     pub fn respond(&self, volumetric: f64, equivalent: f64, chi: f64) -> Result<Returned, NoSolution> {
         let (pressure, shear) = (self.bulk * volumetric, 3.0 * self.shear * equivalent);
         let friction = self.plastic.friction_slope;
@@ -169,13 +169,14 @@ impl ReturnMap {
         let flow = if beta == 0.0 {
             isochoric_root(excess, stiffness, hardening, equivalent)
         } else {
-            excess / (stiffness + hardening / beta)
+            // Not below the flow at the end of the cone, where rounding may put it.
+            let slope = stiffness * beta + hardening;
+            (slope > 0.0).then(|| beta * (excess / slope).max(equivalent))
         };
-        let softens_too_fast = beta != 0.0 && stiffness * beta + hardening <= 0.0;
-        if softens_too_fast || !flow.is_finite() || flow < 0.0 {
-            return refuse("the apex softens faster than its stress can fall", excess);
+        match flow {
+            Some(flow) => Ok(flow),
+            None => refuse("the apex softens faster than its stress can fall", excess),
         }
-        Ok(flow)
     }
 
     /// Derivatives of the return of a trial strain that ended on a branch and took `chi` from `old` to `new`.
@@ -221,31 +222,49 @@ impl ReturnMap {
             return Rates::default();
         }
         // The multiplier changes by (2/9 D dD + e de)/dg, with e de = 2/3 e N : d eps.
-        let slope = stiffness + 2.0 / 9.0 * hardening * volume_flow / multiplier;
+        let by_volume = 2.0 / 9.0 * hardening * volume_flow / multiplier;
+        let slope = stiffness + by_volume;
         Rates {
-            pressure_by_volume: bulk - bulk * stiffness / slope,
+            pressure_by_volume: bulk * by_volume / slope,
             pressure_by_shear: bulk * hardening * 2.0 / 3.0 * equivalent / multiplier / slope,
             ..Rates::default()
         }
     }
 }
 
-/// The flow `D >= 0` with `excess - stiffness D = hardening sqrt(e^2 + 2/9 D^2)`; not finite where there is none.
+/// The smallest flow `D >= 0` with `excess - stiffness D = hardening sqrt(e^2 + 2/9 D^2)`; `None` where there is none.
 ///
-/// Squared, a quadratic equation `a D^2 - 2 b D + c = 0`. The sign of both sides picks the root: the smaller one where
-/// the material hardens, the larger one where it softens. Each is written so that nothing cancels.
-fn isochoric_root(excess: f64, stiffness: f64, hardening: f64, equivalent: f64) -> f64 {
-    let a = stiffness.powi(2) - 2.0 / 9.0 * hardening.powi(2);
+/// The left side exceeds the right one where the cone ends, at `D = 0`, by `past`. Squared, it is a quadratic equation
+///
+/// ```text
+/// a D^2 - 2 b D + c = 0        a = stiffness^2 - 2/9 hardening^2     b = excess stiffness
+///                              c = (excess - hardening e) (excess + hardening e)
+/// b^2 - a c = hardening^2 (2/9 excess^2 + a e^2)
+/// ```
+///
+/// and the sign of both sides picks the root. The last line is the discriminant without the difference of two large
+/// numbers: zero without hardening, and negative only where the material softens so fast that `a` is. Signs are such that
+/// no sum below cancels.
+fn isochoric_root(excess: f64, stiffness: f64, hardening: f64, equivalent: f64) -> Option<f64> {
+    let past = excess - hardening * equivalent;
+    if past <= 0.0 {
+        // On the cone but for rounding.
+        return Some(0.0);
+    }
+    let share = (2.0_f64 / 9.0).sqrt() * hardening;
+    let a = (stiffness - share) * (stiffness + share);
     let b = excess * stiffness;
-    let c = (excess - hardening * equivalent) * (excess + hardening * equivalent);
-    let root = (b * b - a * c).sqrt();
-    if hardening >= 0.0 {
-        c / (b + root)
-    } else if a <= 0.0 {
-        f64::NAN
-    } else if b >= 0.0 {
+    let discriminant = 2.0 / 9.0 * excess * excess + a * equivalent * equivalent;
+    let root = hardening.abs() * discriminant.sqrt();
+    let other = excess + hardening * equivalent;
+    let flow = if hardening >= 0.0 {
+        past * (other / (b + root))
+    } else if excess < 0.0 {
+        past * (other / (b - root))
+    } else if a > 0.0 {
         (b + root) / a
     } else {
-        c / (b - root)
-    }
+        return None;
+    };
+    flow.is_finite().then_some(flow)
 }

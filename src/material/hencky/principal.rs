@@ -32,6 +32,10 @@ pub struct LogarithmicStrain {
     pub equivalent: f64,
 }
 
+/// Largest principal elastic strain that a return may end at: a stretch of 22 thousand. Beyond, `b - I` no longer holds
+/// the digits of a small `b`.
+const LARGEST_STRAIN: f64 = 10.0;
+
 /// Places of the stresses that do work in plane strain, where the third principal direction is axis 3.
 const IN_PLANE: &[usize] = &[0, 1, 3];
 const SHEARED_IN_PLANE: &[(usize, usize)] = &[(0, 1)];
@@ -71,7 +75,7 @@ impl LogarithmicStrain {
     /// `Cp^-1` for an elastic strain with this trace and this part of the trial deviator.
     ///
     /// # Errors
-    /// A deformation gradient that has no inverse, a metric that is not finite.
+    /// An elastic strain beyond [`LARGEST_STRAIN`], a deformation gradient that has no inverse, a metric that is not finite.
     pub fn inverse_metric(
         &self,
         deformation_gradient: &Matrix3<f64>,
@@ -79,6 +83,12 @@ impl LogarithmicStrain {
         deviator_ratio: f64,
     ) -> Result<Matrix3<f64>, NoSolution> {
         let strains = (self.deviator * deviator_ratio).add_scalar(volumetric / 3.0);
+        if strains.amax() > LARGEST_STRAIN {
+            return Err(NoSolution {
+                what: "the elastic strain of the return is out of bounds",
+                residual: strains.amax(),
+            });
+        }
         let stretch = self.coaxial(&strains.map(|strain| (2.0 * strain).exp()));
         let inverse = deformation_gradient.try_inverse();
         let metric = inverse.map(|inverse| symmetric(&(inverse * stretch * inverse.transpose())));

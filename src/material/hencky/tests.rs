@@ -37,6 +37,10 @@ fn variants() -> Vec<(&'static str, PlasticParameters)> {
         ("associated", with(&|plastic| plastic.dilatancy_slope = 0.98)),
         ("without dilatancy", with(&|plastic| plastic.dilatancy_slope = 0.0)),
         (
+            "perfect without dilatancy",
+            with(&|plastic| (plastic.dilatancy_slope, plastic.hardening_modulus) = (0.0, 0.0)),
+        ),
+        (
             "softening without dilatancy",
             with(&|plastic| (plastic.dilatancy_slope, plastic.hardening_modulus) = (0.0, -50e3)),
         ),
