@@ -14,7 +14,9 @@ pub enum Error {
     Analysis(String),
     /// A signal asked the run to stop; a checkpoint of the last accepted state is there. Exit code 4.
     Interrupted(String),
-    /// Failure outside the model, common to all ranks: files, memory. Exit code 1.
+    /// There is not enough memory to go on, common to all ranks; results so far are complete. Exit code 1.
+    Memory(String),
+    /// Failure outside the model, common to all ranks: files. Exit code 1.
     System(String),
     /// Failure of a library that other ranks may know nothing of: they would wait for this one for ever. Exit code 1.
     Library(String),
@@ -27,7 +29,7 @@ impl Error {
             Error::Configuration(_) | Error::Command(_) => 2,
             Error::Analysis(_) => 3,
             Error::Interrupted(_) => 4,
-            Error::System(_) | Error::Library(_) => 1,
+            Error::Memory(_) | Error::System(_) | Error::Library(_) => 1,
         }
     }
 }
@@ -47,6 +49,7 @@ impl fmt::Display for Error {
             Error::Command(message)
             | Error::Analysis(message)
             | Error::Interrupted(message)
+            | Error::Memory(message)
             | Error::System(message)
             | Error::Library(message) => write!(out, "{message}"),
         }

@@ -17,7 +17,7 @@ const FUNCTIONS: &[&str] = &[
     "Mat(Create|SetSizes|SetBlockSize|SetType|GetType|SetFromOptions|SetOption|Destroy|XAIJSetPreallocation)",
     "Mat(ZeroEntries|SetValues|SetValuesBlocked|AssemblyBegin|AssemblyEnd|GetInfo|Mult|Norm|Transpose|AXPY|Convert)",
     "Mat(GetBlockSize|GetRowIJ|RestoreRowIJ|OrderingRegister|HeaderReplace|CreateMPIAdj|MumpsGetInfog)",
-    "Mat(SetNearNullSpace|NullSpaceCreate|NullSpaceDestroy)",
+    "Mat(SetNearNullSpace|NullSpaceCreate|NullSpaceDestroy|CreateSeqDense|Shift|LUFactor)",
     "MatSeqBAIJ(GetArray|RestoreArray)|MatSeqAIJ(GetArray|RestoreArray)",
     "MatPartitioning(Create|SetAdjacency|SetVertexWeights|SetNParts|SetType|SetFromOptions|Apply|Destroy)",
     "IS(CreateGeneral|Destroy|GetIndices|RestoreIndices|SetPermutation)",

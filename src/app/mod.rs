@@ -240,7 +240,7 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
     }
     let outcome = match outcome {
         // Another failure than these may come from the disk, and leaves the last checkpoint alone.
-        Ok(()) | Err(Error::Analysis(_) | Error::Interrupted(_)) => {
+        Ok(()) | Err(Error::Analysis(_) | Error::Interrupted(_) | Error::Memory(_)) => {
             let saved = recorder.checkpoint(&analysis.model, analysis.state());
             saved.and(outcome)
         }

@@ -18,6 +18,9 @@ pub struct PetscError {
 
 impl fmt::Display for PetscError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.is_memory() {
+            return write!(f, "there is not enough memory: {}", self.message);
+        }
         write!(f, "PETSc error {}: {}", self.code, self.message)
     }
 }
@@ -31,6 +34,11 @@ impl From<PetscError> for crate::error::Error {
 }
 
 impl PetscError {
+    /// Whether PETSc got no memory.
+    pub fn is_memory(&self) -> bool {
+        self.code == i64::from(sys::PETSC_ERR_MEM)
+    }
+
     /// An error found by this wrapper before PETSc was asked.
     pub(super) fn refused(code: u32, message: impl Into<String>) -> Self {
         PetscError {
@@ -41,11 +49,14 @@ impl PetscError {
 }
 
 thread_local! {
-    /// The first message since the last failure was reported: later ones only say through where it passed.
-    static FIRST_MESSAGE: RefCell<Option<String>> = const { RefCell::new(None) };
+    /// The first error since the last failure was reported: later ones only say through where it passed.
+    static FIRST: RefCell<Option<PetscError>> = const { RefCell::new(None) };
 }
 
-/// Error handler that keeps the first message and prints nothing.
+/// Where PETSc allocates. Version 3.18 reports its failures with line and function in the place of number and message.
+const ALLOCATION: &str = "PetscMallocAlign";
+
+/// Error handler that keeps the first error and prints nothing.
 ///
 /// # Safety
 /// To be called by PETSc only: the texts are null or end with a zero byte.
@@ -62,8 +73,19 @@ pub(super) unsafe extern "C" fn remember(
     if kind == sys::PETSC_ERROR_INITIAL {
         // SAFETY: PETSc passes null or texts that end with a zero byte and live during this call.
         let (function, message) = unsafe { (text(function), text(message)) };
-        FIRST_MESSAGE.with_borrow_mut(|first| {
-            first.get_or_insert_with(|| format!("{} ({})", message.trim_end(), function));
+        let error = if function == ALLOCATION {
+            PetscError::refused(
+                sys::PETSC_ERR_MEM,
+                format!("PETSc asked for some in {}", message.trim_end()),
+            )
+        } else {
+            PetscError {
+                code: i64::from(code),
+                message: format!("{} ({function})", message.trim_end()),
+            }
+        };
+        FIRST.with_borrow_mut(|first| {
+            first.get_or_insert(error);
         });
     }
     code
@@ -74,16 +96,15 @@ pub(super) fn check(code: sys::PetscErrorCode) -> Result<(), PetscError> {
     if code == 0 {
         return Ok(());
     }
-    let message = FIRST_MESSAGE.take().unwrap_or_else(|| meaning(code));
-    Err(PetscError {
+    Err(FIRST.take().unwrap_or_else(|| PetscError {
         code: i64::from(code),
-        message,
-    })
+        message: meaning(code),
+    }))
 }
 
-/// Forgets a message that was left by a failure which PETSc handled itself.
+/// Forgets an error that was left by a failure which PETSc handled itself.
 pub(super) fn forget_message() {
-    FIRST_MESSAGE.take();
+    FIRST.take();
 }
 
 /// PETSc's general description of an error number.

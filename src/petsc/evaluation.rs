@@ -9,7 +9,7 @@ use sys::PetscInt;
 
 use super::error::{PetscError, check};
 use super::matrix::BlockMatrix;
-use super::nonlinear::{Evaluate, Iteration, Nonlinear, Verdict};
+use super::nonlinear::{Evaluate, Iteration, Nonlinear, SolveError, Verdict, agree};
 use super::scalar_copy::ScalarCopy;
 use super::vector::{GhostVector, norm, with_values, with_values_mut};
 use crate::parallel::World;
@@ -39,14 +39,13 @@ pub(super) struct Evaluation<'a> {
 
 /// Why a callback told PETSc to end.
 pub(super) enum Stop {
-    Petsc(PetscError),
-    Failed(String),
+    Failed(SolveError),
     Panic(Box<dyn Any + Send>),
 }
 
 impl From<PetscError> for Stop {
     fn from(error: PetscError) -> Self {
-        Stop::Petsc(error)
+        Stop::Failed(error.into())
     }
 }
 
@@ -61,16 +60,10 @@ impl Evaluation<'_> {
     /// The worst answer of any rank, on every rank. PETSc requires a domain error to be set on all ranks at once, since
     /// some line searches leave at once where it is set and wait in a norm where it is not.
     fn agree(&mut self, answer: Result<(), Evaluate>) -> Result<Domain, Stop> {
-        let severity = match &answer {
-            Ok(()) => 0_u8,
-            Err(Evaluate::OutOfDomain) => 1,
-            Err(Evaluate::Failed(_)) => 2,
-        };
-        match (self.world.max_of(severity), answer) {
-            (0, _) => Ok(Domain::Inside),
-            (1, _) => Ok(Domain::Outside),
-            (_, Err(Evaluate::Failed(message))) => Err(Stop::Failed(message)),
-            _ => Err(Stop::Failed("the evaluation failed on another rank".to_string())),
+        match agree(self.world, answer) {
+            Ok(()) => Ok(Domain::Inside),
+            Err(Evaluate::OutOfDomain) => Ok(Domain::Outside),
+            Err(Evaluate::Failed(error)) => Err(Stop::Failed(error)),
         }
     }
 
@@ -114,9 +107,8 @@ impl Evaluation<'_> {
         self.matrix.zero()?;
         let answer = self.problem.jacobian(self.unknowns.local(), self.matrix);
         if self.agree(answer)? == Domain::Outside {
-            return Err(Stop::Failed(
-                "the derivative does not exist at a point where the residual does".to_string(),
-            ));
+            let message = "the derivative does not exist at a point where the residual does";
+            return Err(Stop::Failed(SolveError::Evaluation(message.to_owned())));
         }
         self.matrix.assemble()?;
         if let Some(copy) = &mut self.copy {

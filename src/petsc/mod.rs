@@ -9,8 +9,10 @@
 //! without lifetimes in user code. Return codes of PETSc become [`PetscError`] with PETSc's own first message; PETSc
 //! prints nothing by itself. Unless said otherwise, functions are collective: all ranks call them in the same order.
 
+mod blas;
 mod error;
 mod evaluation;
+mod factors;
 mod linear;
 mod log;
 mod matrix;
@@ -30,7 +32,7 @@ pub use linear::LinearSolver;
 pub use log::{LogStage, PhaseSeconds, StageGuard};
 pub use matrix::{BlockMatrix, MatrixFormat};
 pub use newton::{BACKTRACKING, FULL_STEPS, LinearOutcome, Newton, NewtonOptions};
-pub use nonlinear::{End, Evaluate, Iteration, Nonlinear, Outcome, SolveError, Verdict};
+pub use nonlinear::{End, Evaluate, Iteration, Nonlinear, Outcome, SolveError, Verdict, agree};
 pub use partition::{Graph, Partitioner, partition};
 /// PETSc's integer: 32 or 64 bits, as PETSc was built.
 pub use petsc_sys::PetscInt;

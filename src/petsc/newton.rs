@@ -9,6 +9,7 @@ use petsc_sys as sys;
 
 use super::error::{PetscError, check, forget_message, report_in_drop, text};
 use super::evaluation::{Evaluation, Stop, check_direction, converged, jacobian, residual};
+use super::factors::{self, Account, Failure, linear_words};
 use super::matrix::BlockMatrix;
 use super::nonlinear::{End, Nonlinear, Outcome, SolveError, Verdict};
 use super::ordering;
@@ -53,8 +54,10 @@ pub struct LinearOutcome {
     pub converged: bool,
     /// Iterations of the Krylov method; one for a direct solver.
     pub iterations: usize,
-    /// PETSc's name of the reason.
+    /// Why it ended, in words, with PETSc's name in brackets.
     pub reason: String,
+    /// True if the matrix is singular.
+    pub singular: bool,
 }
 
 /// A nonlinear solver with its matrix.
@@ -272,19 +275,17 @@ impl Newton {
         } = evaluation;
         match stop {
             Some(Stop::Panic(panic)) => resume_unwind(panic),
-            Some(Stop::Failed(message)) => {
+            Some(Stop::Failed(error)) => {
                 forget_message();
-                return Err(SolveError::Evaluation(message));
-            }
-            Some(Stop::Petsc(error)) => {
-                forget_message();
-                return Err(error.into());
+                return Err(error);
             }
             None => code?,
         }
+        let reason = self.nonlinear_reason()?;
         let end = match (verdict, out_of_domain) {
             (Verdict::Converged, _) => End::Converged,
             (_, true) => End::OutOfDomain,
+            _ if reason == sys::SNES_DIVERGED_MAX_IT => End::IterationLimit,
             _ => End::NotConverged,
         };
         if end == End::Converged {
@@ -297,28 +298,40 @@ impl Newton {
             .zip(&*u)
             .all(|(a, b)| a.to_bits() == b.to_bits());
         let evaluated_at_solution = self.session.world().all_ok(same && residual_was_last);
-        Ok(self.outcome(end, evaluated_at_solution)?)
+        self.outcome(end, reason, evaluated_at_solution)
+    }
+
+    /// PETSc's reason for the end of the last nonlinear solve.
+    fn nonlinear_reason(&self) -> Result<sys::SNESConvergedReason, PetscError> {
+        let mut reason = 0;
+        // SAFETY: the handle and the out-pointer are valid.
+        check(unsafe { sys::SNESGetConvergedReason(self.snes, &mut reason) })?;
+        Ok(reason)
     }
 
     /// Reads the counters of the last solve.
-    fn outcome(&mut self, end: End, evaluated_at_solution: bool) -> Result<Outcome, PetscError> {
+    fn outcome(
+        &mut self,
+        end: End,
+        code: sys::SNESConvergedReason,
+        evaluated_at_solution: bool,
+    ) -> Result<Outcome, SolveError> {
         let (mut iterations, mut linear_iterations, mut residual_norm) = (0, 0, 0.0);
-        let (mut code, mut name) = (0, std::ptr::null());
+        let mut name = std::ptr::null();
         // SAFETY: the handles and out-pointers are valid; the names are static texts of PETSc.
-        let reason = unsafe {
+        let name = unsafe {
             check(sys::SNESGetIterationNumber(self.snes, &mut iterations))?;
             check(sys::SNESGetLinearSolveIterations(self.snes, &mut linear_iterations))?;
             check(sys::SNESGetFunctionNorm(self.snes, &mut residual_norm))?;
-            check(sys::SNESGetConvergedReason(self.snes, &mut code))?;
             check(sys::SNESGetConvergedReasonString(self.snes, &mut name))?;
             text(name)
         };
         let linear_failure = code == sys::SNES_DIVERGED_LINEAR_SOLVE;
-        let reason = if linear_failure {
-            format!("{reason}, linear solver: {}", self.linear_reason()?.1)
-        } else {
-            reason
-        };
+        let linear = linear_failure.then(|| self.linear_reason()).transpose()?;
+        let reason = linear.map_or_else(
+            || format!("{} ({name})", nonlinear_words(code)),
+            |linear| linear.described(),
+        );
         self.discard_failed_factors()?;
         Ok(Outcome {
             end,
@@ -334,7 +347,7 @@ impl Newton {
     /// Solves K x = `rhs` (owned parts) with the matrix as it is now, by the linear solver of the iterations.
     ///
     /// `x` is overwritten if the solve converged. The matrix must be assembled.
-    pub fn linear_solve(&mut self, rhs: &[f64], x: &mut [f64]) -> Result<LinearOutcome, PetscError> {
+    pub fn linear_solve(&mut self, rhs: &[f64], x: &mut [f64]) -> Result<LinearOutcome, SolveError> {
         let matrix = self.matrix.handle;
         if let Some(copy) = &mut self.copy {
             copy.refill(&self.matrix)?;
@@ -346,7 +359,10 @@ impl Newton {
     }
 
     /// As [`linear_solve`](Self::linear_solve), with the matrix of the last one and its factors.
-    pub fn linear_solve_again(&mut self, rhs: &[f64], x: &mut [f64]) -> Result<LinearOutcome, PetscError> {
+    ///
+    /// # Errors
+    /// What a smaller load step would not mend, such as a lack of memory.
+    pub fn linear_solve_again(&mut self, rhs: &[f64], x: &mut [f64]) -> Result<LinearOutcome, SolveError> {
         self.function.set(rhs)?;
         let mut iterations = 0;
         // SAFETY: the handles are valid and of one layout, the operators were set; the out-pointer is valid.
@@ -354,39 +370,53 @@ impl Newton {
             check(sys::KSPSolve(self.ksp, self.function.handle, self.solution.handle))?;
             check(sys::KSPGetIterationNumber(self.ksp, &mut iterations))?;
         }
-        let (succeeded, reason) = self.linear_reason()?;
+        let reason = self.linear_reason()?;
         self.discard_failed_factors()?;
-        let converged = succeeded && self.solution.norm()?.is_finite();
+        let converged = reason.succeeded && self.solution.norm()?.is_finite();
         if converged {
             self.solution.copy_to(x)?;
         }
         Ok(LinearOutcome {
             converged,
             iterations: iterations as usize,
-            reason,
+            singular: reason.failure == Some(Failure::Singular),
+            reason: reason.described(),
         })
     }
 
-    /// Whether the last linear solve succeeded, and PETSc's name of the reason.
-    fn linear_reason(&self) -> Result<(bool, String), PetscError> {
+    /// How the last linear solve ended; the same on every rank.
+    ///
+    /// # Errors
+    /// Factors that do not fit into memory: no smaller step would need less.
+    fn linear_reason(&self) -> Result<LinearReason, SolveError> {
         let (mut code, mut name) = (0, std::ptr::null());
         // SAFETY: the handle and the out-pointers are valid; the name is a static text of PETSc.
-        unsafe {
+        let name = unsafe {
             check(sys::KSPGetConvergedReason(self.ksp, &mut code))?;
             check(sys::KSPGetConvergedReasonString(self.ksp, &mut name))?;
-        }
-        // SAFETY: as above.
-        let name = unsafe { text(name) };
-        if self.failure_of(self.pc)? == sys::PC_NOERROR {
-            return Ok((code > 0, name));
-        }
-        let failure = match self.failure_of(self.factors)? {
-            sys::PC_FACTOR_STRUCT_ZEROPIVOT => "the pattern is singular",
-            sys::PC_FACTOR_NUMERIC_ZEROPIVOT => "the matrix is singular",
-            sys::PC_FACTOR_OUTMEMORY => "not enough memory or workspace for the factors",
-            _ => "the preconditioner failed",
+            text(name)
         };
-        Ok((code > 0, format!("{name} ({failure})")))
+        let mut reason = LinearReason {
+            succeeded: code > 0,
+            words: linear_words(code),
+            name,
+            failure: None,
+        };
+        let world = self.session.world();
+        if !world.any(self.failure_of(self.pc)? != sys::PC_NOERROR) {
+            return Ok(reason);
+        }
+        // SAFETY: the preconditioner is valid as long as `self`.
+        let account = unsafe { Account::of(self.factors)? };
+        let own = factors::failure(account, self.failure_of(self.factors)?);
+        let failure = Failure::of_number(world.max_of(own.number()));
+        if failure == Failure::Memory {
+            let limited = self.session.has_option(c"-mat_mumps_icntl_23")?;
+            let account = account.unwrap_or_default().common(world, self.factors != self.pc);
+            return Err(SolveError::Memory(factors::no_memory(account, world.size(), limited)));
+        }
+        reason.failure = Some(failure);
+        Ok(reason)
     }
 
     /// PETSc's reason for a failed set-up of one of the two preconditioners.
@@ -417,6 +447,39 @@ impl Newton {
         } else {
             used
         })
+    }
+}
+
+/// How a linear solve ended.
+struct LinearReason {
+    succeeded: bool,
+    words: &'static str,
+    /// PETSc's name.
+    name: String,
+    /// Why there are no factors, where that ended it.
+    failure: Option<Failure>,
+}
+
+impl LinearReason {
+    fn described(&self) -> String {
+        let words = match self.failure {
+            Some(Failure::Singular) => "the matrix of a linear system is singular",
+            _ => self.words,
+        };
+        format!("{words} ({})", self.name)
+    }
+}
+
+/// PETSc's reason for the end of a nonlinear solve, in words.
+fn nonlinear_words(reason: sys::SNESConvergedReason) -> &'static str {
+    match reason {
+        1.. => "the iteration converged",
+        sys::SNES_DIVERGED_FUNCTION_DOMAIN => "the iteration left the domain of the laws",
+        sys::SNES_DIVERGED_FNORM_NAN => "the residual is not a number",
+        sys::SNES_DIVERGED_MAX_IT => "the iteration did not converge within its limit",
+        sys::SNES_DIVERGED_LINE_SEARCH => "no share of the Newton step makes the residual smaller",
+        sys::SNES_DIVERGED_DTOL => "the iteration diverged",
+        _ => "the iteration gave up",
     }
 }
 

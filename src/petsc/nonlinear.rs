@@ -4,6 +4,7 @@ use std::fmt;
 
 use super::error::PetscError;
 use super::matrix::BlockMatrix;
+use crate::parallel::World;
 
 /// r(u) = 0 with its derivative. All methods are called on every rank, in the same order.
 ///
@@ -42,14 +43,55 @@ pub trait Nonlinear {
 pub enum Evaluate {
     /// The function is not defined there: try closer to the last iterate, or give the load step up.
     OutOfDomain,
-    /// Nothing that a shorter step could mend: the solve ends with this message.
-    Failed(String),
+    /// Nothing that a shorter step could mend: the solve ends with this error.
+    Failed(SolveError),
 }
 
 impl From<PetscError> for Evaluate {
     fn from(error: PetscError) -> Self {
-        Evaluate::Failed(error.to_string())
+        Evaluate::Failed(error.into())
     }
+}
+
+impl Evaluate {
+    /// How bad an answer is; the worst one of any rank counts.
+    fn severity(answer: &Result<(), Evaluate>) -> u8 {
+        match answer {
+            Ok(()) => 0,
+            Err(Evaluate::OutOfDomain) => 1,
+            Err(Evaluate::Failed(error)) if !error.is_memory() => 2,
+            Err(Evaluate::Failed(_)) => 3,
+        }
+    }
+}
+
+/// Collective. Makes the worst answer of any rank common to all, before the next call that all ranks must take part in.
+/// An error keeps its kind, and every rank has the message of the lowest rank where it arose.
+///
+/// # Errors
+/// The worst answer.
+pub fn agree(world: &World, answer: Result<(), Evaluate>) -> Result<(), Evaluate> {
+    let severity = Evaluate::severity(&answer);
+    let worst = world.max_of(severity);
+    match worst {
+        0 => return Ok(()),
+        1 => return Err(Evaluate::OutOfDomain),
+        _ => {}
+    }
+    let failing = if severity == worst { world.rank() } else { world.size() };
+    let first = world.min_of(failing);
+    let own = match answer {
+        Err(Evaluate::Failed(error)) => error.to_string(),
+        _ => String::new(),
+    };
+    let mut message = world.text_from(first, &own);
+    if world.size() > 1 {
+        message = format!("rank {first}: {message}");
+    }
+    Err(Evaluate::Failed(match worst {
+        3 => SolveError::Memory(message),
+        _ => SolveError::Evaluation(message),
+    }))
 }
 
 /// The state of the solve, as the convergence test sees it.
@@ -87,7 +129,7 @@ pub struct Outcome {
     pub linear_iterations: usize,
     /// Euclidean norm of the last residual that the solver accepted.
     pub residual_norm: f64,
-    /// PETSc's name of the reason, with that of the linear solver where it failed.
+    /// Why it ended, in words, with PETSc's names in brackets.
     pub reason: String,
     /// True if it ended because a linear system was not solved.
     pub linear_failure: bool,
@@ -102,24 +144,39 @@ pub enum End {
     Converged,
     /// The solver could not find a step on which the residual exists.
     OutOfDomain,
-    /// Iteration limit, failed factorisation, NaN, failed line search, or the test's own verdict.
+    /// The limit of iterations was reached.
+    IterationLimit,
+    /// Failed linear solve, NaN, failed line search, or the test's own verdict.
     NotConverged,
 }
 
 /// A failure that a smaller load step would not mend. The solver must not be used after it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum SolveError {
-    /// PETSc reported an error.
+    /// PETSc reported an error, of which other ranks may know nothing.
     Petsc(PetscError),
-    /// An evaluation failed for good, on this rank or on another.
+    /// An evaluation failed for good; every rank has this message.
     Evaluation(String),
+    /// There is not enough memory; every rank has this message.
+    Memory(String),
+}
+
+impl SolveError {
+    /// Whether memory was short.
+    fn is_memory(&self) -> bool {
+        match self {
+            SolveError::Petsc(error) => error.is_memory(),
+            SolveError::Evaluation(_) => false,
+            SolveError::Memory(_) => true,
+        }
+    }
 }
 
 impl fmt::Display for SolveError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             SolveError::Petsc(error) => error.fmt(f),
-            SolveError::Evaluation(message) => f.write_str(message),
+            SolveError::Evaluation(message) | SolveError::Memory(message) => f.write_str(message),
         }
     }
 }
@@ -128,7 +185,11 @@ impl std::error::Error for SolveError {}
 
 impl From<SolveError> for crate::error::Error {
     fn from(error: SolveError) -> Self {
-        crate::error::Error::Library(error.to_string())
+        match error {
+            SolveError::Petsc(error) => error.into(),
+            SolveError::Evaluation(message) => crate::error::Error::System(message),
+            SolveError::Memory(message) => crate::error::Error::Memory(message),
+        }
     }
 }
 

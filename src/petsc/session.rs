@@ -6,9 +6,11 @@ use std::ffi::{CStr, CString, c_char, c_int};
 use std::ptr::null_mut;
 use std::rc::Rc;
 
+use mpi::topology::SimpleCommunicator;
 use mpi::traits::AsRaw;
 use petsc_sys as sys;
 
+use super::blas;
 use super::error::{PetscError, check, remember, text};
 use super::log::{PhaseSeconds, phase_seconds};
 use super::matrix::MatrixFormat;
@@ -51,6 +53,15 @@ impl Session {
         for (name, value) in DEFAULTS {
             session.prefer(name, &value.to_string_lossy())?;
         }
+        world.agree(
+            blas::take_work_area(raw_communicator(&SimpleCommunicator::self_comm())),
+            |rank| {
+                PetscError::refused(
+                    sys::PETSC_ERR_MEM,
+                    format!("the linear algebra of rank {rank} gets no work area"),
+                )
+            },
+        )?;
         // SAFETY: PETSc runs; the functions take no arguments.
         check(unsafe { sys::PetscLogDefaultBegin() })?;
         // SAFETY: as above.
@@ -113,7 +124,7 @@ impl Session {
 
     /// PETSc's name for the communicator of all ranks.
     pub(super) fn communicator(&self) -> sys::MPI_Comm {
-        raw_communicator(&self.world)
+        raw_communicator(self.world.communicator())
     }
 
     /// Numbers of the log stages by name; PETSc would register a second stage of the same name.
@@ -245,7 +256,7 @@ fn initialise(world: &World, arguments: &[CString]) -> Result<(), PetscError> {
     // written; the list has `count` texts, a null behind them, and is never freed.
     let started = unsafe {
         check(sys::PetscPushErrorHandler(Some(remember), null_mut()))?;
-        sys::PETSC_COMM_WORLD = raw_communicator(world);
+        sys::PETSC_COMM_WORLD = raw_communicator(world.communicator());
         check(sys::PetscInitialize(
             &mut count,
             &mut list,
@@ -287,8 +298,8 @@ fn check_option_files(world: &World, options: &[String]) -> Result<(), PetscErro
 }
 
 /// rsmpi's communicator as PETSc's headers know it: the same C type behind two generated names.
-fn raw_communicator(world: &World) -> sys::MPI_Comm {
-    let raw = world.communicator().as_raw();
+fn raw_communicator(communicator: &SimpleCommunicator) -> sys::MPI_Comm {
+    let raw = communicator.as_raw();
     const {
         assert!(
             size_of::<mpi::ffi::MPI_Comm>() == size_of::<sys::MPI_Comm>(),

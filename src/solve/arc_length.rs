@@ -12,7 +12,7 @@ use super::equilibrium::Equilibrium;
 use crate::assembly::motion::{Measure, PointMotion};
 use crate::continuum::{Fields, Linearisation};
 use crate::error::Error;
-use crate::petsc::{Evaluate, GhostVector, Iteration, Nonlinear, PetscError, Session, Verdict};
+use crate::petsc::{Evaluate, GhostVector, Iteration, Nonlinear, PetscError, Session, SolveError, Verdict};
 use std::rc::Rc;
 
 /// What a step of given length needs beside the problem.
@@ -87,6 +87,12 @@ impl From<Error> for Halt {
 
 impl From<PetscError> for Halt {
     fn from(error: PetscError) -> Self {
+        Halt::Error(error.into())
+    }
+}
+
+impl From<SolveError> for Halt {
+    fn from(error: SolveError) -> Self {
         Halt::Error(error.into())
     }
 }

@@ -10,7 +10,7 @@ use crate::condition::load::{add_external_forces, add_face_forces};
 use crate::continuum::{Fields, Linearisation};
 use crate::error::Error;
 use crate::petsc::{
-    BACKTRACKING, End, Evaluate, FULL_STEPS, GhostVector, Layout, Newton, Nonlinear, PetscError, Session,
+    BACKTRACKING, End, Evaluate, FULL_STEPS, GhostVector, Layout, Newton, Nonlinear, PetscError, Session, agree,
 };
 use std::rc::Rc;
 
@@ -153,7 +153,7 @@ pub fn try_step<C: Fields<D, N>, const D: usize, const N: usize>(
             linear: false,
             flowed_on,
         }),
-        End::NotConverged => Err(Failure {
+        End::IterationLimit | End::NotConverged => Err(Failure {
             reason: outcome.reason,
             search_matters: true,
             linear: outcome.linear_failure,
@@ -284,15 +284,18 @@ fn open<C: Fields<D, N>, const D: usize, const N: usize>(
     Ok(Ok(Opened { increments, flowed_on }))
 }
 
-/// Why an evaluation failed, where that only ends the attempt.
+/// Collective. Why an evaluation failed on some rank, where that only ends the attempt.
+///
+/// # Errors
+/// What ends the analysis, with the same message on every rank.
 pub(super) fn not_evaluated<C: Fields<D, N>, const D: usize, const N: usize>(
     result: Result<(), Evaluate>,
     problem: &Equilibrium<'_, C, D, N>,
 ) -> Result<Option<String>, Error> {
-    match result {
+    match agree(problem.world, result) {
         Ok(()) => Ok(None),
         Err(Evaluate::OutOfDomain) => Ok(Some(describe_failure(problem))),
-        Err(Evaluate::Failed(message)) => Err(Error::System(message)),
+        Err(Evaluate::Failed(error)) => Err(error.into()),
     }
 }
 

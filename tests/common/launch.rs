@@ -31,6 +31,7 @@ pub struct Launch {
     environment: Vec<(String, String)>,
     directory: Option<String>,
     report: bool,
+    address_limit: Option<usize>,
     folder: Folder,
 }
 
@@ -44,6 +45,7 @@ impl Launch {
             environment: Vec::new(),
             directory: None,
             report: false,
+            address_limit: None,
             folder: Folder::new(),
         }
     }
@@ -113,6 +115,12 @@ impl Launch {
         self
     }
 
+    /// Limits the addresses that a process of the run may use [MB].
+    pub fn address_limit(mut self, megabytes: usize) -> Self {
+        self.address_limit = Some(megabytes);
+        self
+    }
+
     /// Names the result folder on the command line, within the folder of the launch unless absolute.
     pub fn output(mut self, directory: &str) -> Self {
         self.directory = Some(directory.to_owned());
@@ -165,10 +173,18 @@ impl Launch {
 
     fn command(&self) -> Command {
         let program = env!("CARGO_BIN_EXE_mpm-petsc");
-        let mut command = Command::new(if self.ranks == 1 { program } else { "mpirun" });
+        let mut words = Vec::new();
         if self.ranks > 1 {
-            command.args(["--quiet", "-n", &self.ranks.to_string(), program]);
+            words.extend(["mpirun", "--quiet", "-n"].map(str::to_owned));
+            words.push(self.ranks.to_string());
         }
+        if let Some(megabytes) = self.address_limit {
+            let limited = format!("ulimit -v {} && exec \"$0\" \"$@\"", megabytes * 1024);
+            words.extend(["sh".into(), "-c".into(), limited]);
+        }
+        words.push(program.to_owned());
+        let mut command = Command::new(&words[0]);
+        command.args(&words[1..]);
         command.args(&self.arguments);
         if let Some(directory) = &self.directory {
             command.arg("--output").arg(directory);

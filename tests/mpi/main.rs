@@ -5,6 +5,7 @@ mod common;
 
 mod agreement;
 mod failure;
+mod memory;
 mod migration;
 mod scenes;
 mod solvers;

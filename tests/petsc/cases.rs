@@ -6,7 +6,7 @@ use std::rc::Rc;
 use mpm_petsc::parallel::World;
 use mpm_petsc::petsc::{
     BlockMatrix, End, Evaluate, GhostVector, Graph, Iteration, Layout, LogStage, MatrixFormat, Newton, NewtonOptions,
-    Nonlinear, Partitioner, PetscInt, Session, SolveError, Verdict, partition,
+    Nonlinear, Partitioner, PetscError, PetscInt, Session, SolveError, Verdict, agree, partition,
 };
 
 use crate::problem::{BLOCK, Lattice, Poisson};
@@ -34,6 +34,7 @@ pub fn run(name: &str, options: &[String]) -> ExitCode {
         "repeat" => repeat(&session),
         "domain" => domain(&session, options),
         "failures" => failures(&session),
+        "answers" => answers(&session),
         "panic" => panic(&session),
         "iterative" => iterative(&session),
         "partition" => partitions(&session),
@@ -309,7 +310,7 @@ impl Nonlinear for Broken {
     fn residual(&mut self, u: &[f64], r: &mut [f64]) -> Result<(), Evaluate> {
         self.inner.residual(u, r)?;
         match self.kind {
-            Failure::Residual if self.rank == 0 => Err(Evaluate::Failed("no such material".into())),
+            Failure::Residual if self.rank == 0 => Err(failed("no such material")),
             Failure::NanResidual if self.inner.evaluations > 1 => {
                 r.fill(f64::NAN);
                 Ok(())
@@ -324,7 +325,7 @@ impl Nonlinear for Broken {
 
     fn jacobian(&mut self, u: &[f64], k: &mut BlockMatrix) -> Result<(), Evaluate> {
         match self.kind {
-            Failure::Jacobian if self.rank == 0 => return Err(Evaluate::Failed("no such tangent".into())),
+            Failure::Jacobian if self.rank == 0 => return Err(failed("no such tangent")),
             Failure::JacobianDomain if self.rank == 0 => return Err(Evaluate::OutOfDomain),
             Failure::SingularMatrix => return Ok(()),
             Failure::Panic if self.rank == 0 => panic!("the material law has a bug"),
@@ -343,6 +344,10 @@ impl Nonlinear for Broken {
         }
         self.inner.test(iteration)
     }
+}
+
+fn failed(message: &str) -> Evaluate {
+    Evaluate::Failed(SolveError::Evaluation(message.into()))
 }
 
 fn broken(session: &Rc<Session>, lattice: &Lattice, kind: Failure) -> Broken {
@@ -378,23 +383,67 @@ fn failures(session: &Rc<Session>) {
             .expect("no error");
         assert_eq!(outcome.end, End::Converged, "after failure {}: {outcome:?}", kind as u8);
     }
-    let far = "the evaluation failed on another rank";
-    let gone = "the derivative does not exist";
+    let at = match session.world().size() {
+        1 => String::new(),
+        size => format!("rank {}: ", size - 1),
+    };
     let severe = [
-        (Failure::Residual, "no such material", far),
-        (Failure::Jacobian, "no such tangent", far),
-        (Failure::JacobianDomain, gone, gone),
+        (Failure::Residual, format!("{at}no such material")),
+        (Failure::Jacobian, format!("{at}no such tangent")),
+        (Failure::JacobianDomain, "the derivative does not exist".to_owned()),
     ];
-    for (kind, here, elsewhere) in severe {
+    for (kind, expected) in severe {
         let mut newton = solver(session, &lattice);
         let mut problem = broken(session, &lattice, kind);
         let error = newton.solve(&mut problem, &mut start.clone()).expect_err("an error");
         let SolveError::Evaluation(message) = error else {
             panic!("{error}")
         };
-        let expected = if problem.rank == 0 { here } else { elsewhere };
-        assert!(message.starts_with(expected), "{message}");
+        assert!(message.starts_with(&expected), "{message}");
     }
+}
+
+/// The worst answer of any rank becomes that of all, with its kind and the message of the rank that failed.
+fn answers(session: &Rc<Session>) {
+    let world = session.world();
+    let (last, size) = (world.rank() + 1 == world.size(), world.size());
+    let short = PetscError {
+        code: 55,
+        message: "too much was asked for".into(),
+    };
+    let wrong = PetscError {
+        code: 63,
+        message: "no room for this block".into(),
+    };
+    let told = |words: &str| match size {
+        1 => words.to_owned(),
+        _ => format!("rank {}: {words}", size - 1),
+    };
+    let cases = [
+        (Ok(()), Ok(())),
+        (Err(Evaluate::OutOfDomain), Err(Evaluate::OutOfDomain)),
+        (
+            Err(wrong.into()),
+            Err(failed(&told("PETSc error 63: no room for this block"))),
+        ),
+        (
+            Err(short.into()),
+            Err(Evaluate::Failed(SolveError::Memory(told(
+                "there is not enough memory: too much was asked for",
+            )))),
+        ),
+    ];
+    for (own, expected) in cases {
+        let mine = if last { own } else { Ok(()) };
+        assert_eq!(agree(world, mine), expected);
+    }
+    // An error counts more than a point outside the domain of its law.
+    let mine = if last {
+        Err(failed("worse"))
+    } else {
+        Err(Evaluate::OutOfDomain)
+    };
+    assert_eq!(agree(world, mine), Err(failed(&told("worse"))));
 }
 
 fn panic(session: &Rc<Session>) {

@@ -90,6 +90,7 @@ fn checks() -> Vec<Check> {
             "repeat",
             "iterative",
             "failures",
+            "answers",
             "log",
         ] {
             let options = if case == "iterative" { "-pc_type gamg" } else { "" };
