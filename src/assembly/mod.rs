@@ -5,6 +5,7 @@ pub mod kernel;
 pub mod model;
 pub mod motion;
 pub mod penalty;
+pub mod round_off;
 pub mod surface;
 
 /// Where dense blocks of the tangent go: a matrix of PETSc in a run, a small dense one in tests.

@@ -104,6 +104,14 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Model<C, D, N> {
         }
     }
 
+    /// Nodes as they are now.
+    pub fn nodes(&self) -> &dyn InitialNodes<D> {
+        match &self.elements {
+            Some(elements) => &elements.mesh,
+            None => &self.grid,
+        }
+    }
+
     /// Collective. Finds supports, penalised faces and the nodes that are active in a stage; sorts the points.
     ///
     /// # Errors

@@ -46,6 +46,20 @@ impl GhostPenalty {
         }
     }
 
+    /// Adds to local unknowns the squares of the forces [N2, N2 m2] that increments of one [m, rad] would make.
+    pub fn add_squares<const D: usize>(&self, faces: &GhostFaces<D>, active: &Active, squares: &mut [f64]) {
+        let unknowns = self.coefficients.len();
+        for (index, face) in faces.faces.iter().enumerate() {
+            let nodes = active.face_nodes(index);
+            for (&row, stiffness) in nodes.iter().zip(faces.matrices[face.matrix].chunks_exact(nodes.len())) {
+                let sum: f64 = stiffness.iter().map(|entry| entry.abs()).sum();
+                for (a, coefficient) in self.coefficients.iter().enumerate() {
+                    squares[row as usize * unknowns + a] += (coefficient * sum).powi(2);
+                }
+            }
+        }
+    }
+
     /// Adds the stiffness of the penalty.
     pub fn add_stiffness<const D: usize>(&self, faces: &GhostFaces<D>, active: &Active, sink: &mut impl Sink) {
         let blocks: Vec<Vec<f64>> = faces.matrices.iter().map(|matrix| self.block(matrix)).collect();

@@ -205,6 +205,23 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Surface<'_, C, D, N> {
         }
     }
 
+    /// Adds to local unknowns the squares of the forces [N2, N2 m2] that a gap of one [m, rad] would make.
+    pub fn add_tie_squares(&self, squares: &mut [f64]) {
+        for &index in &self.found.tied {
+            let (batch, nodes) = (&self.batches.batches[index], self.active.batch_nodes(index));
+            for tie in &self.acting.ties {
+                for p in self.tied_points(batch, tie) {
+                    for (&node, shape) in nodes.iter().zip(self.batches.shapes(batch, p).chunks_exact(1 + D)) {
+                        squares[node as usize * N + tie.component] += (tie.penalty * shape[0]).powi(2);
+                    }
+                    if let Some(platen) = self.active.platen(tie.boundary) {
+                        squares[platen as usize * N + tie.component] += tie.penalty.powi(2);
+                    }
+                }
+            }
+        }
+    }
+
     fn tied_points(&self, batch: &Batch<D>, tie: &Tie) -> impl Iterator<Item = usize> + use<'_, C, D, N> {
         let bit = tie.bit;
         batch

@@ -409,6 +409,10 @@ impl Material<Micropolar> for DruckerPrager {
         PlasticState::VARIABLES
     }
 
+    fn largest_modulus(&self) -> f64 {
+        self.elastic.largest()
+    }
+
     fn initial_state(&self, state: &mut [f64]) {
         PlasticState::default().pack(state);
     }

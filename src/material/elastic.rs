@@ -80,6 +80,7 @@ pub struct Elastic {
     maps: ElasticMaps,
     components: Components,
     moduli: MicropolarModuli,
+    largest_modulus: f64,
 }
 
 impl Elastic {
@@ -93,6 +94,7 @@ impl Elastic {
                 couple_wryness: maps.couple.matrix(),
                 ..MicropolarModuli::default()
             },
+            largest_modulus: moduli.largest(),
         }
     }
 }
@@ -100,6 +102,10 @@ impl Elastic {
 impl Material<Micropolar> for Elastic {
     fn state_variables(&self) -> &'static [Variable] {
         &[]
+    }
+
+    fn largest_modulus(&self) -> f64 {
+        self.largest_modulus
     }
 
     fn initial_state(&self, _state: &mut [f64]) {}

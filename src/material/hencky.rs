@@ -52,6 +52,10 @@ impl Material<Classical> for Hencky {
         &[]
     }
 
+    fn largest_modulus(&self) -> f64 {
+        self.bulk + 4.0 / 3.0 * self.shear
+    }
+
     fn initial_state(&self, _state: &mut [f64]) {}
 
     fn respond(
@@ -173,6 +177,10 @@ impl HenckyPlasticity {
 impl Material<Classical> for HenckyPlasticity {
     fn state_variables(&self) -> &'static [Variable] {
         MetricState::VARIABLES
+    }
+
+    fn largest_modulus(&self) -> f64 {
+        self.map.bulk + 4.0 / 3.0 * self.map.shear
     }
 
     fn initial_state(&self, state: &mut [f64]) {

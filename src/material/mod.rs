@@ -44,6 +44,9 @@ pub struct NoSolution {
 pub trait Material<C: Continuum>: Send + Sync {
     /// The state that a point carries, by name.
     fn state_variables(&self) -> &'static [Variable];
+    /// Largest modulus that a strain is multiplied by [Pa]. Laws see deformations next to one, so that a stress is exact to
+    /// about this times the machine precision, however small it is.
+    fn largest_modulus(&self) -> f64;
     /// Writes the state of virgin material.
     fn initial_state(&self, state: &mut [f64]);
     /// Stress and new state at the end of a step. Overwrites `new` and `stress`; on an error both are meaningless.

@@ -288,6 +288,10 @@ impl Material<GradientMicropolar> for Sandstone {
         SandstoneState::VARIABLES
     }
 
+    fn largest_modulus(&self) -> f64 {
+        self.parameters.largest_modulus()
+    }
+
     fn initial_state(&self, state: &mut [f64]) {
         SandstoneState::default().pack(state);
     }
@@ -378,6 +382,10 @@ impl Sandstone {
 impl Material<Micropolar> for Sandstone {
     fn state_variables(&self) -> &'static [Variable] {
         SandstoneState::VARIABLES
+    }
+
+    fn largest_modulus(&self) -> f64 {
+        self.parameters.largest_modulus()
     }
 
     fn initial_state(&self, state: &mut [f64]) {

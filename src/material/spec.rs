@@ -22,6 +22,11 @@ pub struct ElasticModuli {
 }
 
 impl ElasticModuli {
+    /// Largest modulus that a strain is multiplied by [Pa].
+    pub fn largest(&self) -> f64 {
+        self.lambda.abs() + 2.0 * (self.mu + self.kappa)
+    }
+
     /// Moduli of a classical continuum.
     pub fn without_rotations(lambda: f64, mu: f64) -> Self {
         Self {
@@ -71,6 +76,13 @@ pub struct SandstoneParameters {
     pub plastic: Option<SandstoneYield>,
     /// Without it nothing is damaged.
     pub damage: Option<SandstoneDamage>,
+}
+
+impl SandstoneParameters {
+    /// Largest modulus that a strain is multiplied by [Pa].
+    pub fn largest_modulus(&self) -> f64 {
+        self.bulk_modulus + 4.0 / 3.0 * self.shear_modulus + 2.0 * self.coupling_modulus
+    }
 }
 
 /// Yield surface, potential and hardening of the sandstone law.

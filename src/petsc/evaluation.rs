@@ -239,7 +239,7 @@ pub(super) unsafe extern "C" fn converged(
             Ok(match evaluation.test(number as usize, residual_norm, x, f)? {
                 Verdict::Continue => sys::SNES_CONVERGED_ITERATING,
                 Verdict::Converged => sys::SNES_CONVERGED_FNORM_ABS,
-                Verdict::Diverged => sys::SNES_DIVERGED_DTOL,
+                Verdict::Diverged | Verdict::Stagnates => sys::SNES_DIVERGED_DTOL,
             })
         });
         match tested {

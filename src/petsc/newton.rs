@@ -284,6 +284,7 @@ impl Newton {
         let reason = self.nonlinear_reason()?;
         let end = match (verdict, out_of_domain) {
             (Verdict::Converged, _) => End::Converged,
+            (Verdict::Stagnates, _) => End::Stagnated,
             (_, true) => End::OutOfDomain,
             _ if reason == sys::SNES_DIVERGED_MAX_IT => End::IterationLimit,
             _ => End::NotConverged,

@@ -116,6 +116,8 @@ pub enum Verdict {
     Converged,
     /// It will not get better.
     Diverged,
+    /// The residual stays where it is, above what counts as zero, and so does the iterate.
+    Stagnates,
 }
 
 /// How a solve ended; the same on every rank.
@@ -144,6 +146,8 @@ pub enum End {
     Converged,
     /// The solver could not find a step on which the residual exists.
     OutOfDomain,
+    /// The test found that the residual stays where it is.
+    Stagnated,
     /// The limit of iterations was reached.
     IterationLimit,
     /// Failed linear solve, NaN, failed line search, or the test's own verdict.

@@ -7,7 +7,7 @@
 //! every iteration solves for two directions with one factorisation, `K a = -r` and `K b = f`, and goes by
 //! `a + d b` with the change `d` of the load factor that the length asks for: docs/theory.md, "Equilibrium paths".
 
-use super::attempt::{Approach, Failure, Search, Solution, Solver, Tried, not_evaluated, settle};
+use super::attempt::{Approach, Failure, Search, Solution, Solver, Tried, not_evaluated, settle, stagnated};
 use super::equilibrium::Equilibrium;
 use crate::assembly::motion::{Measure, PointMotion};
 use crate::continuum::{Fields, Linearisation};
@@ -184,6 +184,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> LengthAttempt<'_, '_, C, D
             });
             match verdict {
                 Verdict::Converged => return self.finish(&at, &forward),
+                Verdict::Stagnates => return Err(stagnated(&self.problem).into()),
                 Verdict::Diverged => return Err(not_converged("the residual is not a number").into()),
                 Verdict::Continue if number == self.problem.settings.max_iterations => break,
                 Verdict::Continue => {}

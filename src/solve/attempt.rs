@@ -49,7 +49,9 @@ impl Approach {
 
     /// What to try after a failure, before the step is made smaller.
     pub fn next(self, failure: &Failure) -> Option<Self> {
-        if failure.flowed_on {
+        if !failure.smaller_might_do {
+            None
+        } else if failure.flowed_on {
             let opening = Linearisation::Consistent;
             Some(Self { opening, ..self })
         } else if failure.search_matters && self.search == Search::Configured {
@@ -91,6 +93,8 @@ pub struct Failure {
     pub search_matters: bool,
     /// Whether a linear system was not solved.
     pub linear: bool,
+    /// Whether a smaller step might do better.
+    pub smaller_might_do: bool,
     /// Whether the step was opened with points that flow on, and not with the tangent of its residual.
     pub flowed_on: bool,
 }
@@ -102,6 +106,7 @@ impl Failure {
             reason,
             search_matters: false,
             linear: false,
+            smaller_might_do: true,
             flowed_on: false,
         }
     }
@@ -148,16 +153,16 @@ pub fn try_step<C: Fields<D, N>, const D: usize, const N: usize>(
             Ok(settle(session, solver, &mut problem, &increments, evaluated)?)
         }
         End::OutOfDomain => Err(Failure {
-            reason: describe_failure(&problem),
             search_matters: true,
-            linear: false,
             flowed_on,
+            ..Failure::plain(describe_failure(&problem))
         }),
+        End::Stagnated => Err(stagnated(&problem)),
         End::IterationLimit | End::NotConverged => Err(Failure {
-            reason: outcome.reason,
             search_matters: true,
             linear: outcome.linear_failure,
             flowed_on,
+            ..Failure::plain(outcome.reason)
         }),
     };
     Ok(Tried {
@@ -332,6 +337,23 @@ pub(super) fn settle<C: Fields<D, N>, const D: usize, const N: usize>(
         increments: local.local().to_vec(),
         load_factor: None,
     })
+}
+
+/// Collective. A residual that stays where it is, above the tolerance and above round-off. Neither another line search nor
+/// a smaller step changes its level; beside smaller loads it only weighs more.
+pub(super) fn stagnated<C: Fields<D, N>, const D: usize, const N: usize>(
+    problem: &Equilibrium<'_, C, D, N>,
+) -> Failure {
+    let residual = problem.records.last().map_or(f64::NAN, |record| record.force_residual);
+    let tolerance = problem.settings.force_tolerance;
+    Failure {
+        smaller_might_do: false,
+        ..Failure::plain(format!(
+            "the residual stagnates at {residual:.1e} of the forces, above solver.force_tolerance {tolerance:e}; \
+             it is largest at {}",
+            problem.describe_worst()
+        ))
+    }
 }
 
 /// What the law said, from the lowest rank where it failed.

@@ -56,15 +56,23 @@ impl Norms {
         }
     }
 
+    /// Forces that count: external forces and reactions, but not less than what makes others negligible. `peak` is the
+    /// largest norm of external forces and reactions so far.
+    pub fn scale(&self, peak: f64) -> f64 {
+        self.forces
+            .sqrt()
+            .max(NEGLIGIBLE * self.unassembled.sqrt())
+            .max(NEGLIGIBLE * peak)
+    }
+
     /// Force residual relative to external forces and reactions. `peak` is the largest norm of these so far.
     pub fn relative_residual(&self, peak: f64) -> f64 {
         let residual = (self.residual[0] + self.residual[1]).sqrt();
-        let scale = self
-            .forces
-            .sqrt()
-            .max(NEGLIGIBLE * self.unassembled.sqrt())
-            .max(NEGLIGIBLE * peak);
-        if residual == 0.0 { 0.0 } else { residual / scale }
+        if residual == 0.0 {
+            0.0
+        } else {
+            residual / self.scale(peak)
+        }
     }
 }
 

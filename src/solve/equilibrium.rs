@@ -1,6 +1,7 @@
 //! One load step as PETSc sees it: residual, tangent and convergence of the increments of the step.
 
 use super::convergence::{DamageNorms, IterationRecord, Norms};
+use super::round_off::{Measured, RoundOff};
 use super::settings::SolverSettings;
 use crate::assembly::Sink;
 use crate::assembly::active::Active;
@@ -8,10 +9,18 @@ use crate::assembly::kernel::{OutOfDomain, Workspace};
 use crate::assembly::model::{Model, StepSystem};
 use crate::assembly::surface::{ActingConditions, Surface, SurfaceWorkspace};
 use crate::condition::dirichlet::Prescribed;
+use crate::condition::weak::platen_of;
 use crate::continuum::{Fields, Linearisation, UnknownKind};
 use crate::interrupt::Interrupt;
 use crate::parallel::World;
 use crate::petsc::{BlockMatrix, Evaluate, Iteration, Nonlinear, PetscError, PetscInt, Verdict};
+
+/// What residuals of a step are measured by, beside the forces at its end.
+pub struct Scales {
+    /// Forces of pressures on own unknowns on the shape at the start of the step: part of the scale of forces.
+    pub pushed: Vec<f64>,
+    pub round_off: RoundOff,
+}
 
 /// The nonlinear problem of one attempt at a step.
 pub struct Equilibrium<'a, C: Fields<D, N>, const D: usize, const N: usize> {
@@ -24,8 +33,7 @@ pub struct Equilibrium<'a, C: Fields<D, N>, const D: usize, const N: usize> {
     pub acting: &'a ActingConditions,
     /// External forces on own unknowns at the end of the step; where the load factor is an unknown, at the last evaluation.
     pub external: Vec<f64>,
-    /// Forces of pressures on own unknowns on the shape at the start of the step: part of the scale of forces.
-    pub pushed: &'a [f64],
+    pub scales: &'a Scales,
     pub settings: &'a SolverSettings,
     /// Largest norm of external forces and reactions in the analysis so far.
     pub peak_force: f64,
@@ -33,6 +41,8 @@ pub struct Equilibrium<'a, C: Fields<D, N>, const D: usize, const N: usize> {
     pub reactions: Vec<f64>,
     pub norms: Norms,
     pub records: Vec<IterationRecord>,
+    /// The residual farthest above its round-off among own unknowns, at the last test that was not met.
+    pub worst: Option<Measured>,
     /// Why the last evaluation failed, on the rank where it did.
     pub failure: Option<OutOfDomain>,
     /// Whether a rank was asked to stop by the time of the last evaluation; the same on every rank.
@@ -54,7 +64,7 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
         prescribed: &'a Prescribed,
         acting: &'a ActingConditions,
         external: Vec<f64>,
-        pushed: &'a [f64],
+        scales: &'a Scales,
         settings: &'a SolverSettings,
         peak_force: f64,
         interrupt: &'a Interrupt,
@@ -68,12 +78,13 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
             prescribed,
             acting,
             external,
-            pushed,
+            scales,
             settings,
             peak_force,
             reactions,
             norms: Norms::default(),
             records: Vec::new(),
+            worst: None,
             failure: None,
             interrupted: false,
             interrupt,
@@ -110,6 +121,91 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
         surface.add_tie_forces(u, forces);
         surface.add_pressure_forces(u, 1.0, forces);
         Ok(())
+    }
+
+    /// Collective. What becomes of an iteration whose residual is above the tolerance.
+    fn not_yet(&mut self, iteration: &Iteration<'_>) -> Verdict {
+        if self.evaluated.len() != self.system.active.nodes.len() * N {
+            // The last evaluation failed, on every rank: the line search fell back on an earlier one.
+            return Verdict::Continue;
+        }
+        let round_off = &self.scales.round_off;
+        let tolerance = self.settings.force_tolerance;
+        let [excess, stalled_excess] = round_off.excess::<C, D, N>(self.world, iteration.residual, &self.evaluated);
+        let within = |excess: f64| excess <= tolerance * self.norms.scale(self.peak_force);
+        let other_converged = self.norms.damage.relative_residual() < tolerance;
+        if within(excess) && other_converged {
+            return Verdict::Converged;
+        }
+        self.worst = round_off.worst::<C, D, N>(iteration.residual, &self.evaluated);
+        if !self.stalls(iteration) {
+            return Verdict::Continue;
+        }
+        if within(stalled_excess) && other_converged {
+            Verdict::Converged
+        } else {
+            Verdict::Stagnates
+        }
+    }
+
+    /// Collective. Where the residual is the farthest above its round-off, and by how much, in words.
+    pub fn describe_worst(&self) -> String {
+        let above = self.worst.map_or(f64::NEG_INFINITY, |worst| worst.above());
+        let most = self.world.max_of(above);
+        let holder = if above == most {
+            self.world.rank()
+        } else {
+            self.world.size()
+        };
+        let first = self.world.min_of(holder);
+        if first == self.world.size() || most == f64::NEG_INFINITY {
+            return "no single place".into();
+        }
+        let own = self.worst.map_or_else(String::new, |worst| self.describe(&worst));
+        self.world.text_from(first, &own)
+    }
+
+    /// A residual with its node and component, in words.
+    fn describe(&self, worst: &Measured) -> String {
+        let (node, component) = (worst.index / N, worst.index % N);
+        let key = self.system.active.nodes[node];
+        let place = match platen_of(key) {
+            Some(boundary) => format!("the platen of {}", self.model.boundaries[boundary].name),
+            None => {
+                let nodes = self.model.nodes();
+                let position = nodes.position(&nodes.indices(key));
+                let position: Vec<String> = position[..D].iter().map(|x| format!("{x:.4}")).collect();
+                format!("the node at ({})", position.join(", "))
+            }
+        };
+        let unit = if C::IS_TRANSLATION[component] { "N" } else { "N m" };
+        format!(
+            "{place}, {}: {:.1e} {unit}, where round-off is about {:.0e} {unit}",
+            C::UNKNOWNS[component],
+            worst.residual,
+            worst.round_off
+        )
+    }
+
+    /// Collective. Whether iterations go on without getting anywhere: the residual has not fallen for some of them, and what
+    /// they change is round-off beside the increments of the step. Residuals that alternate between branches of a law change
+    /// more than that; a smaller step may mend them.
+    fn stalls(&self, iteration: &Iteration<'_>) -> bool {
+        let Some(update) = iteration.update else { return false };
+        let (earlier, last) = self
+            .records
+            .split_at(self.records.len().saturating_sub(STALLED_ITERATIONS));
+        let least = |records: &[IterationRecord]| {
+            let residuals = records.iter().map(|record| record.force_residual);
+            residuals.fold(f64::INFINITY, f64::min)
+        };
+        if earlier.is_empty() || least(last) < WORTHWHILE_FALL * least(earlier) {
+            return false;
+        }
+        let square = |values: &[f64]| values.iter().map(|value| value * value).sum::<f64>();
+        let mut sums = [square(update), square(&self.evaluated[..update.len()])];
+        self.world.sum_slice(&mut sums);
+        sums[0] <= NO_CHANGE.powi(2) * sums[1]
     }
 
     fn surface(&self) -> Surface<'_, C, D, N> {
@@ -186,7 +282,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Nonlinear for Equilibrium<
                 UnknownKind::Damage => damage[0] += *own * *own,
                 kind => {
                     sums[usize::from(kind == UnknownKind::Rotation)] += *own * *own;
-                    sums[2] += (self.external[index] + self.pushed[index] + self.reactions[index]).powi(2);
+                    sums[2] += (self.external[index] + self.scales.pushed[index] + self.reactions[index]).powi(2);
                 }
             }
         }
@@ -250,12 +346,21 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Nonlinear for Equilibrium<
         if force_residual < self.settings.force_tolerance || energy_converged {
             Verdict::Converged
         } else if force_residual.is_finite() && !self.interrupted {
-            Verdict::Continue
+            self.not_yet(iteration)
         } else {
             Verdict::Diverged
         }
     }
 }
+
+/// Iterations without progress after which there will be none.
+const STALLED_ITERATIONS: usize = 4;
+
+/// Share of an earlier residual below which iterations made progress.
+const WORTHWHILE_FALL: f64 = 0.5;
+
+/// Share of the increments of a step below which an iteration changes nothing.
+const NO_CHANGE: f64 = 1.0e-7;
 
 /// Number of a row and column that the matrix passes over.
 const NOWHERE: PetscInt = -1;

@@ -6,6 +6,7 @@ pub mod balance;
 pub mod convergence;
 pub mod equilibrium;
 pub mod path;
+mod round_off;
 pub mod schedule;
 pub mod settings;
 pub mod state;

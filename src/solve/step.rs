@@ -4,8 +4,9 @@ use super::arc_length::{LengthStep, try_length};
 use super::attempt::{Approach, Failure, Solution, Solver, Tried, external_forces, pressure_forces, try_step};
 use super::balance::{LARGEST_IMBALANCE, imbalance, share_points};
 use super::convergence::IterationRecord;
-use super::equilibrium::{Equilibrium, has_damage};
+use super::equilibrium::{Equilibrium, Scales, has_damage};
 use super::path::{Goal, Reached, Review};
+use super::round_off::RoundOff;
 use super::settings::{SolverMethod, SolverSettings, Stage};
 use super::state::AnalysisState;
 use super::steps::Steps;
@@ -225,7 +226,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
                 Err(failure) => {
                     let next = approach.next(&failure);
                     approach = next.unwrap_or(Approach::FIRST);
-                    if next.is_none() && !steps.cut() {
+                    if next.is_none() && !(failure.smaller_might_do && steps.cut()) {
                         let reason = failure.reason;
                         return Err(Error::Analysis(format!(
                             "stage {}, step {step}: no equilibrium with the smallest step, {}: {reason}",
@@ -406,7 +407,10 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         };
         let solver = self.solver.as_mut().expect("the solver was prepared");
         let external = external_forces(&self.session, &solver.layout, &self.model, system, to)?;
-        let pushed = pressure_forces(&self.session, &solver.layout, &self.model, system, &acting)?;
+        let scales = Scales {
+            pushed: pressure_forces(&self.session, &solver.layout, &self.model, system, &acting)?,
+            round_off: RoundOff::of(&self.session, &solver.layout, &self.model, system, &acting)?,
+        };
         drop(searching);
         let _solving = clock.enter(Phase::Solve);
         solver.choose(approach.search)?;
@@ -418,7 +422,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
             &prescribed,
             &acting,
             external,
-            &pushed,
+            &scales,
             &self.settings,
             self.state.peak_force,
             &self.interrupt,

@@ -22,6 +22,7 @@ mod plane_cantilever;
 mod prescribed_motion;
 mod published_splines;
 mod reference;
+mod round_off;
 mod shear;
 mod shear_layer;
 mod splines;

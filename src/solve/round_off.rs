@@ -1,0 +1,151 @@
+//! The level of round-off of a residual, and what of a residual is above it.
+//!
+//! A residual that has come down to this level is zero for all that the machine can tell. Measured by forces alone, a
+//! stiff body under a small load would never come to rest: the ratio of the two levels is the precision times modulus
+//! over stress.
+
+use crate::assembly::model::{Model, StepSystem};
+use crate::assembly::round_off::add_strain_squares;
+use crate::assembly::surface::{ActingConditions, Surface};
+use crate::continuum::{Fields, UnknownKind};
+use crate::error::Error;
+use crate::parallel::World;
+use crate::petsc::{GhostVector, Layout, Session};
+use std::rc::Rc;
+
+/// Round-off of a strain in units of the machine precision: what the update of the deformation gradient, its polar or
+/// spectral decomposition and the law itself add up to. Measured, docs/stability.md, "Round-off".
+const STRAIN_ERRORS: f64 = 4.0;
+
+/// A residual that no iteration brings down is at round-off up to so many times that level.
+pub const STALLED_AT_ROUND_OFF: f64 = 16.0;
+
+/// What round-off can make of the residual of own unknowns in a step.
+pub struct RoundOff {
+    /// Forces that a strain of one would make [N, N m]; none where the residual has units of its own.
+    strain: Vec<f64>,
+    /// Forces that a gap of one would make [N/m, N].
+    springs: Vec<f64>,
+    /// Largest sum of gradients of a point [1/m].
+    steepest: f64,
+}
+
+/// Size of the residual of an unknown beside its round-off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// Own unknown.
+    pub index: usize,
+    /// [N, N m]
+    pub residual: f64,
+    /// [N, N m]
+    pub round_off: f64,
+}
+
+impl Measured {
+    /// What of the residual is above its round-off [N, N m].
+    pub fn above(&self) -> f64 {
+        self.residual - self.round_off
+    }
+}
+
+impl RoundOff {
+    /// Collective. Of the step from the accepted state of the points.
+    pub fn of<C: Fields<D, N>, const D: usize, const N: usize>(
+        session: &Rc<Session>,
+        layout: &Layout,
+        model: &Model<C, D, N>,
+        system: &StepSystem<D>,
+        acting: &ActingConditions,
+    ) -> Result<Self, Error> {
+        let StepSystem {
+            batches, faces, active, ..
+        } = system;
+        let mut strain = GhostVector::new(session, layout)?;
+        let own = add_strain_squares(&model.laws, batches, active, &model.points, strain.local_mut());
+        strain.add_to_owners()?;
+        let mut springs = GhostVector::new(session, layout)?;
+        let surface = Surface {
+            found: &system.surface,
+            acting,
+            batches,
+            active,
+            points: &model.points,
+        };
+        surface.add_tie_squares(springs.local_mut());
+        if let Some(ghost) = &model.ghost {
+            ghost.add_squares(faces, active, springs.local_mut());
+        }
+        springs.add_to_owners()?;
+        let root = |squares: &GhostVector| squares.owned().iter().map(|square| square.sqrt()).collect();
+        Ok(Self {
+            strain: root(&strain),
+            springs: root(&springs),
+            steepest: session.world().max_of(own),
+        })
+    }
+
+    /// Round-off of the residual of an own unknown at an increment of its node [m, rad].
+    fn at(&self, index: usize, motion: f64) -> f64 {
+        let strain = self.strain[index] * (1.0 + self.steepest * motion);
+        STRAIN_ERRORS * f64::EPSILON * (strain + self.springs[index] * motion)
+    }
+
+    /// Collective. Norms of what is above one and above [`STALLED_AT_ROUND_OFF`] times round-off in the residual of forces
+    /// and couples on own unknowns.
+    pub fn excess<C: Fields<D, N>, const D: usize, const N: usize>(
+        &self,
+        world: &World,
+        residual: &[f64],
+        increments: &[f64],
+    ) -> [f64; 2] {
+        let mut squares = [0.0; 2];
+        for Measured {
+            residual, round_off, ..
+        } in self.measured::<C, D, N>(residual, increments)
+        {
+            for (square, times) in squares.iter_mut().zip([1.0, STALLED_AT_ROUND_OFF]) {
+                *square += (residual - times * round_off).max(0.0).powi(2);
+            }
+        }
+        world.sum_slice(&mut squares);
+        squares.map(f64::sqrt)
+    }
+
+    /// The own unknown whose residual is the largest above its round-off.
+    pub fn worst<C: Fields<D, N>, const D: usize, const N: usize>(
+        &self,
+        residual: &[f64],
+        increments: &[f64],
+    ) -> Option<Measured> {
+        self.measured::<C, D, N>(residual, increments)
+            .max_by(|a, b| a.above().total_cmp(&b.above()))
+    }
+
+    /// Residuals of forces and couples with their round-off.
+    fn measured<C: Fields<D, N>, const D: usize, const N: usize>(
+        &self,
+        residual: &[f64],
+        increments: &[f64],
+    ) -> impl Iterator<Item = Measured> {
+        let nodes = residual.chunks_exact(N).zip(increments.chunks_exact(N)).enumerate();
+        nodes.flat_map(move |(node, (residual, increment))| {
+            let motion = increment
+                .iter()
+                .zip(C::KIND)
+                .filter(|(_, kind)| *kind != UnknownKind::Damage)
+                .fold(0.0f64, |most, (increment, _)| most.max(increment.abs()));
+            residual
+                .iter()
+                .enumerate()
+                .filter(|(a, _)| C::KIND[*a] != UnknownKind::Damage)
+                .map(move |(a, residual)| {
+                    let index = node * N + a;
+                    Measured {
+                        index,
+                        residual: residual.abs(),
+                        round_off: self.at(index, motion),
+                    }
+                })
+        })
+    }
+}
