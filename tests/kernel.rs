@@ -13,9 +13,9 @@ mod cases;
 use block::{ELASTIC, PLASTIC, SANDSTONE, field, model};
 use mpm_petsc::app::Laws;
 use mpm_petsc::assembly::Sink;
+use mpm_petsc::assembly::balance::{Balance, StepTerms};
 use mpm_petsc::assembly::kernel::Workspace;
 use mpm_petsc::assembly::model::{Model, StepSystem};
-use mpm_petsc::assembly::surface::{ActingConditions, Surface, SurfaceWorkspace};
 use mpm_petsc::clock::Clock;
 use mpm_petsc::condition::Time;
 use mpm_petsc::condition::pressure::{Patch, Pressure, Side};
@@ -55,28 +55,18 @@ fn record<C: Fields<D, N> + Laws, const D: usize, const N: usize>(model: &Model<
     record.into_iter().map(f64::to_bits).collect()
 }
 
-/// Forces of points and penalty.
+/// All internal forces, as the solver adds them up.
 fn forces<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
-    workspace: &mut Workspace<C, D, N>,
+    balance: &mut Balance<C, D, N>,
     model: &mut Model<C, D, N>,
     system: &StepSystem<D>,
     u: &[f64],
 ) -> Vec<f64> {
     let mut forces = vec![0.0; u.len()];
-    let Model {
-        laws, points, ghost, ..
-    } = model;
-    workspace
-        .add_internal_forces(laws, &system.batches, &system.active, points, u, &mut forces)
+    let acting = &model.surface.acting(NOW);
+    balance
+        .add_forces(model, &StepTerms { system, acting }, u, &mut forces)
         .expect("a response");
-    ghost
-        .as_ref()
-        .unwrap()
-        .add_forces(&system.faces, &system.active, u, &mut forces);
-    let acting = model.surface.acting(NOW);
-    let surface = surface(model, system, &acting);
-    surface.add_tie_forces(u, &mut forces);
-    surface.add_pressure_forces(u, 1.0, &mut forces);
     forces
 }
 
@@ -85,20 +75,6 @@ const NOW: Time = Time {
     stage: 0,
     fraction: 0.7,
 };
-
-fn surface<'a, C: Fields<D, N> + Laws, const D: usize, const N: usize>(
-    model: &'a Model<C, D, N>,
-    system: &'a StepSystem<D>,
-    acting: &'a ActingConditions,
-) -> Surface<'a, C, D, N> {
-    Surface {
-        found: &system.surface,
-        acting,
-        batches: &system.batches,
-        active: &system.active,
-        points: &model.points,
-    }
-}
 
 /// Ties the points at the lower end of the first axis to a platen that is free along it, those at its upper end in all
 /// other unknowns to a platen that is not, and puts all sides of the block under a pressure as large as the moduli.
@@ -149,14 +125,14 @@ fn taylor<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
 ) {
     let mut model = model::<C, D, N>(world, basis, spec);
     load(&mut model);
-    let mut workspace = Workspace::<C, D, N>::new(Rc::new(Clock::start()));
+    let mut balance = Balance::<C, D, N>::new(Rc::new(Clock::start()));
     // One accepted step first, so that the state is not virgin and domains have grown.
     let system = model.search(world, 0).unwrap();
     assert!(!system.faces.faces.is_empty());
     let u = field(&model, &system.active.nodes, 0.7 * size, 3);
-    forces(&mut workspace, &mut model, &system, &u);
+    forces(&mut balance, &mut model, &system, &u);
     model.accept_gaps(&system, &model.surface.acting(NOW), &u);
-    model.accept(world, &mut workspace, &system.batches, &system.active, &u);
+    model.accept(world, &mut balance.points, &system.batches, &system.active, &u);
     assert!(model.points.gaps.iter().any(|&gap| gap != 0.0));
     let system = model.search(world, 0).unwrap();
     assert_eq!(
@@ -171,45 +147,27 @@ fn taylor<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
     let accepted = record(&model);
     let u = field(&model, &system.active.nodes, size, 11);
     let direction = field(&model, &system.active.nodes, size, 12);
-    let start = forces(&mut workspace, &mut model, &system, &u);
+    let start = forces(&mut balance, &mut model, &system, &u);
     let width = u.len();
     let mut dense = Dense {
         unknowns: N,
         width,
         entries: vec![0.0; width * width],
     };
-    let Model {
-        laws, points, ghost, ..
-    } = &mut model;
-    workspace
-        .add_tangent(
-            laws,
-            &system.batches,
-            &system.active,
-            points,
-            &u,
-            Linearisation::Consistent,
-            &mut dense,
-        )
-        .unwrap();
-    ghost
-        .as_ref()
-        .unwrap()
-        .add_stiffness(&system.faces, &system.active, &mut dense);
-    let acting = model.surface.acting(NOW);
-    let conditions = surface(&model, &system, &acting);
-    let mut scratch = SurfaceWorkspace::default();
-    conditions.add_tie_stiffness(&mut scratch, &mut dense);
-    conditions.add_pressure_stiffness(&u, &mut scratch, &mut dense);
+    let (system, acting) = (&system, &model.surface.acting(NOW));
+    let terms = StepTerms { system, acting };
+    balance
+        .add_stiffness(&model, &terms, &u, Linearisation::Consistent, &mut dense)
+        .expect("moduli");
     let product: Vec<f64> = dense
         .entries
         .chunks_exact(width)
         .map(|row| row.iter().zip(&direction).map(|(k, d)| k * d).sum())
         .collect();
     let scale = product.iter().map(|value| value * value).sum::<f64>().sqrt();
-    let remainder = |h: f64, model: &mut Model<C, D, N>, workspace: &mut Workspace<C, D, N>| {
+    let remainder = |h: f64, model: &mut Model<C, D, N>, balance: &mut Balance<C, D, N>| {
         let moved: Vec<f64> = u.iter().zip(&direction).map(|(u, d)| u + h * d).collect();
-        let end = forces(workspace, model, &system, &moved);
+        let end = forces(balance, model, system, &moved);
         let squares = (0..width)
             .map(|i| (end[i] - start[i] - h * product[i]).powi(2))
             .sum::<f64>();
@@ -217,7 +175,7 @@ fn taylor<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
     };
     let errors: Vec<f64> = [1e-2, 1e-3, 1e-4]
         .iter()
-        .map(|&h| remainder(h, &mut model, &mut workspace))
+        .map(|&h| remainder(h, &mut model, &mut balance))
         .collect();
     println!("  remainders relative to the first-order term {errors:?}");
     assert!(
@@ -276,7 +234,11 @@ fn pressure_on_a_closed_surface<C: Fields<3, N> + Laws, const N: usize>(world: &
     }
     let acting = model.surface.acting(NOW);
     let mut forces = vec![0.0; u.len()];
-    surface(&model, &system, &acting).add_pressure_forces(&u, -1.0, &mut forces);
+    let terms = StepTerms {
+        system: &system,
+        acting: &acting,
+    };
+    terms.surface(&model).add_pressure_forces(&u, -1.0, &mut forces);
     let sum = |k: usize| forces.chunks_exact(N).map(|node| node[k]).sum::<f64>();
     let largest = forces.iter().fold(0.0f64, |largest, force| largest.max(force.abs()));
     // 16 points of a side share 0.7 x 4 MPa on 16 x (0.54 h)^2: some 80 N each.

@@ -1,6 +1,7 @@
 //! Points and grid become residual and tangent.
 
 pub mod active;
+pub mod balance;
 pub mod kernel;
 pub mod model;
 pub mod motion;

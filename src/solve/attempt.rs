@@ -3,8 +3,9 @@
 use super::convergence::IterationRecord;
 use super::equilibrium::Equilibrium;
 use crate::assembly::active::Active;
+use crate::assembly::balance::StepTerms;
 use crate::assembly::model::{Model, StepSystem};
-use crate::assembly::surface::{ActingConditions, Surface};
+use crate::assembly::surface::ActingConditions;
 use crate::condition::Time;
 use crate::condition::load::{add_external_forces, add_face_forces};
 use crate::continuum::{Fields, Linearisation};
@@ -208,13 +209,7 @@ pub fn pressure_forces<C: Fields<D, N>, const D: usize, const N: usize>(
         return Ok(vec![0.0; layout.owned_length()]);
     }
     let mut forces = GhostVector::new(session, layout)?;
-    let surface = Surface {
-        found: &system.surface,
-        acting,
-        batches: &system.batches,
-        active: &system.active,
-        points: &model.points,
-    };
+    let surface = StepTerms { system, acting }.surface(model);
     let zero = vec![0.0; layout.local_length()];
     surface.add_pressure_forces(&zero, -1.0, forces.local_mut());
     forces.add_to_owners()?;

@@ -5,9 +5,10 @@ use super::round_off::{Measured, RoundOff};
 use super::settings::SolverSettings;
 use crate::assembly::Sink;
 use crate::assembly::active::Active;
-use crate::assembly::kernel::{OutOfDomain, Workspace};
+use crate::assembly::balance::{Balance, StepTerms};
+use crate::assembly::kernel::OutOfDomain;
 use crate::assembly::model::{Model, StepSystem};
-use crate::assembly::surface::{ActingConditions, Surface, SurfaceWorkspace};
+use crate::assembly::surface::ActingConditions;
 use crate::condition::dirichlet::Prescribed;
 use crate::condition::weak::platen_of;
 use crate::continuum::{Fields, Linearisation, UnknownKind};
@@ -26,7 +27,7 @@ pub struct Scales {
 pub struct Equilibrium<'a, C: Fields<D, N>, const D: usize, const N: usize> {
     pub world: &'a World,
     pub model: &'a mut Model<C, D, N>,
-    pub workspace: &'a mut Workspace<C, D, N>,
+    pub balance: &'a mut Balance<C, D, N>,
     pub system: &'a StepSystem<D>,
     pub prescribed: &'a Prescribed,
     /// Penalties and pressures at the end of the step.
@@ -51,7 +52,6 @@ pub struct Equilibrium<'a, C: Fields<D, N>, const D: usize, const N: usize> {
     /// Local increments of the last evaluation.
     evaluated: Vec<f64>,
     unassembled: [f64; 2],
-    surface_workspace: SurfaceWorkspace,
 }
 
 impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, N> {
@@ -59,7 +59,7 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
     pub fn new(
         world: &'a World,
         model: &'a mut Model<C, D, N>,
-        workspace: &'a mut Workspace<C, D, N>,
+        balance: &'a mut Balance<C, D, N>,
         system: &'a StepSystem<D>,
         prescribed: &'a Prescribed,
         acting: &'a ActingConditions,
@@ -73,7 +73,7 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
         Self {
             world,
             model,
-            workspace,
+            balance,
             system,
             prescribed,
             acting,
@@ -90,19 +90,13 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
             interrupt,
             evaluated: Vec::new(),
             unassembled: [0.0; 2],
-            surface_workspace: SurfaceWorkspace::default(),
         }
     }
 
-    /// Internal forces of points, ghost penalty, penalties and pressures at local increments; the failure, if any, is common to all ranks.
+    /// All internal forces at local increments; the failure, if any, is common to all ranks.
     fn internal_forces(&mut self, u: &[f64], forces: &mut [f64]) -> Result<(), Evaluate> {
-        let StepSystem {
-            batches, faces, active, ..
-        } = self.system;
-        let model = &mut *self.model;
-        let result = self
-            .workspace
-            .add_internal_forces(&model.laws, batches, active, &mut model.points, u, forces);
+        let terms = self.terms();
+        let result = self.balance.add_forces(self.model, &terms, u, forces);
         self.evaluated.clear();
         self.evaluated.extend_from_slice(u);
         self.failure = None;
@@ -114,13 +108,14 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
             self.evaluated.clear();
             return Err(Evaluate::OutOfDomain);
         }
-        if let Some(ghost) = &model.ghost {
-            ghost.add_forces(faces, active, u, forces);
-        }
-        let surface = self.surface();
-        surface.add_tie_forces(u, forces);
-        surface.add_pressure_forces(u, 1.0, forces);
         Ok(())
+    }
+
+    fn terms(&self) -> StepTerms<'a, D> {
+        StepTerms {
+            system: self.system,
+            acting: self.acting,
+        }
     }
 
     /// Collective. What becomes of an iteration whose residual is above the tolerance.
@@ -208,16 +203,6 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
         sums[0] <= NO_CHANGE.powi(2) * sums[1]
     }
 
-    fn surface(&self) -> Surface<'_, C, D, N> {
-        Surface {
-            found: &self.system.surface,
-            acting: self.acting,
-            batches: &self.system.batches,
-            active: &self.system.active,
-            points: &self.model.points,
-        }
-    }
-
     /// Adds the tangent at local increments `u` to a matrix. With `lift`, adds `K_fc v` of the prescribed increments to it.
     /// Returns whether own points flow on in it that do not flow in the residual.
     pub fn add_tangent(
@@ -231,10 +216,7 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
             let mut scratch = vec![0.0; u.len()];
             self.internal_forces(u, &mut scratch)?;
         }
-        let StepSystem {
-            batches, faces, active, ..
-        } = self.system;
-        let model = &*self.model;
+        let active = &self.system.active;
         let mut sink = MatrixSink {
             matrix,
             active,
@@ -245,20 +227,12 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
             indices: Vec::new(),
             failure: None,
         };
-        let flows_on = self
-            .workspace
-            .add_tangent(&model.laws, batches, active, &model.points, u, linearisation, &mut sink)
-            .map_err(|_| Evaluate::OutOfDomain)?;
-        if let Some(ghost) = &model.ghost {
-            ghost.add_stiffness(faces, active, &mut sink);
-        }
-        let mut scratch = std::mem::take(&mut self.surface_workspace);
-        let surface = self.surface();
-        surface.add_tie_stiffness(&mut scratch, &mut sink);
-        surface.add_pressure_stiffness(u, &mut scratch, &mut sink);
-        let finished = sink.finish(active.owned);
-        self.surface_workspace = scratch;
-        finished.map(|()| flows_on)
+        let terms = self.terms();
+        let added = self
+            .balance
+            .add_stiffness(self.model, &terms, u, linearisation, &mut sink);
+        let flows_on = added.map_err(|_| Evaluate::OutOfDomain)?;
+        sink.finish(active.owned).map(|()| flows_on)
     }
 }
 

@@ -4,9 +4,10 @@
 //! stiff body under a small load would never come to rest: the ratio of the two levels is the precision times modulus
 //! over stress.
 
+use crate::assembly::balance::StepTerms;
 use crate::assembly::model::{Model, StepSystem};
 use crate::assembly::round_off::add_strain_squares;
-use crate::assembly::surface::{ActingConditions, Surface};
+use crate::assembly::surface::ActingConditions;
 use crate::continuum::{Fields, UnknownKind};
 use crate::error::Error;
 use crate::parallel::World;
@@ -64,13 +65,7 @@ impl RoundOff {
         let own = add_strain_squares(&model.laws, batches, active, &model.points, strain.local_mut());
         strain.add_to_owners()?;
         let mut springs = GhostVector::new(session, layout)?;
-        let surface = Surface {
-            found: &system.surface,
-            acting,
-            batches,
-            active,
-            points: &model.points,
-        };
+        let surface = StepTerms { system, acting }.surface(model);
         surface.add_tie_squares(springs.local_mut());
         if let Some(ghost) = &model.ghost {
             ghost.add_squares(faces, active, springs.local_mut());

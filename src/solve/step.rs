@@ -10,7 +10,7 @@ use super::round_off::RoundOff;
 use super::settings::{SolverMethod, SolverSettings, Stage};
 use super::state::AnalysisState;
 use super::steps::Steps;
-use crate::assembly::kernel::Workspace;
+use crate::assembly::balance::Balance;
 use crate::assembly::model::{Model, StepSystem};
 use crate::assembly::motion::{Measure, PathPoints};
 use crate::clock::{Clock, Phase};
@@ -89,7 +89,7 @@ pub struct Analysis<C: Fields<D, N>, const D: usize, const N: usize> {
     world: World,
     session: Rc<Session>,
     pub model: Model<C, D, N>,
-    pub workspace: Workspace<C, D, N>,
+    pub balance: Balance<C, D, N>,
     settings: SolverSettings,
     partitioner: Partitioner,
     solver: Option<Solver>,
@@ -118,7 +118,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
             world: world.clone(),
             session: session.clone(),
             model,
-            workspace: Workspace::new(clock.clone()),
+            balance: Balance::new(clock.clone()),
             settings,
             partitioner,
             solver: None,
@@ -254,7 +254,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         let mut platens = self.model.platen_forces(&acting);
         self.model.accept(
             &self.world,
-            &mut self.workspace,
+            &mut self.balance.points,
             &system.batches,
             &system.active,
             &solution.increments,
@@ -417,7 +417,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         let problem = Equilibrium::new(
             &self.world,
             &mut self.model,
-            &mut self.workspace,
+            &mut self.balance,
             system,
             &prescribed,
             &acting,

@@ -27,10 +27,7 @@ fn ends_at_once(run: Run, remedy: &str) {
     }
     assert!(!run.stdout.contains("not solved"), "{}", run.stdout);
     let summary = run.summary();
-    assert_eq!(
-        (summary.text("status"), summary.number("exit_code")),
-        ("failed".into(), 1.0)
-    );
+    assert_eq!((summary.text("status"), summary.number("exit_code")), ("failed", 1.0));
     assert_eq!(run.history().rows.len(), 1, "the initial state");
     for file in ["checkpoint.h5", "points.vtkhdf"] {
         assert!(run.file(file).exists(), "no {file}");
