@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Output};
 use std::time::Duration;
 
-use mpm_petsc::output::progress::{Mode, Progress, StepLine};
+use mpm_petsc::output::progress::{Progress, StepLine};
 use mpm_petsc::output::vtkhdf::Snapshots;
 use mpm_petsc::output::{PointField, PointFields, PointValues, agree};
 use mpm_petsc::parallel::World;
@@ -191,7 +191,7 @@ fn write_wrong_numbers(world: &World, path: &Path) -> Outcome {
 }
 
 fn print_progress(world: &World) -> Outcome {
-    let mut progress = Progress::on_stdout(Mode::choose(world.is_root(), false));
+    let mut progress = Progress::on_stdout(world.is_root(), Duration::ZERO);
     progress.step(&StepLine {
         begun: 0.0,
         step: 1,

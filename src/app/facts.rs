@@ -15,7 +15,9 @@ use crate::scene::Scene;
 use crate::solve::step::Analysis;
 use crate::verification::{Manufactured, Solution, errors};
 use std::collections::BTreeMap;
-use std::io::Stdout;
+
+/// Overhang of domains over the grid from which on it is worth a warning [cell].
+const NOTABLE_OVERHANG: f64 = 1.0e-2;
 
 /// Versions of the program and of the libraries in use.
 pub fn versions(petsc: &str) -> Vec<(&'static str, String)> {
@@ -28,7 +30,7 @@ pub fn versions(petsc: &str) -> Vec<(&'static str, String)> {
 
 /// Prints what is run, with what.
 pub fn print_header<C: Fields<D, N>, const D: usize, const N: usize>(
-    progress: &mut Progress<Stdout>,
+    progress: &mut Progress,
     world: &World,
     scene: &Scene,
     built: &Built<C, D, N>,
@@ -46,6 +48,13 @@ pub fn print_header<C: Fields<D, N>, const D: usize, const N: usize>(
     for warning in &built.warnings {
         progress.message(&format!("warning: {warning}"));
     }
+}
+
+/// What the user is told of domains that stuck out of the grid, by up to so many cells.
+pub fn overhang_warning(cells: f64) -> Option<String> {
+    let most = crate::points::search::LARGEST_OVERHANG;
+    (cells >= NOTABLE_OVERHANG)
+        .then(|| format!("domains stuck out of the grid by up to {cells:.1e} of a cell ({most:.0e} is the most)"))
 }
 
 /// Collective. Counts, times and memory of a run that has ended; `earlier` is what parts before a restart used.
@@ -85,6 +94,7 @@ pub fn summarise<C: Fields<D, N>, const D: usize, const N: usize>(
         active_cells: counts.active_cells,
         dofs: (counts.nodes * N) as u64,
         nonzeros: counts.nonzeros,
+        largest_overhang: counts.largest_overhang,
         steps: counts.steps,
         attempts: counts.attempts,
         newton_iterations: counts.newton_iterations,

@@ -23,7 +23,7 @@ use crate::error::Error;
 use crate::interrupt::Interrupt;
 use crate::material::spec::MaterialSpec;
 use crate::material::{Components, Material, classical_law, gradient_micropolar_law, micropolar_law};
-use crate::output::progress::{Mode, Progress};
+use crate::output::progress::Progress;
 use crate::parallel::World;
 use crate::petsc::{Partitioner, Session};
 use crate::problem::Problem;
@@ -209,8 +209,9 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
             let expected = "auto, or one that this PETSc has";
             Error::Configuration(vec![source.problem("solver.partitioner", error.to_string(), expected)])
         })?;
-    let mut progress = Progress::on_stdout(Mode::choose(world.is_root(), quiet));
+    let mut progress = Progress::on_stdout(world.is_root() && !quiet, clock.elapsed());
     facts::print_header(&mut progress, world, scene, &built, &session);
+    let line = progress.line();
     let points = built.points;
     let mut recorder = Recorder::create(world, scene, built.columns, points, saved.as_ref(), progress, clock)?;
     let state = match saved {
@@ -231,6 +232,9 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
         &interrupt,
         clock,
     );
+    if let Some(line) = line {
+        analysis.watch(move |iteration, residual| line.iterated(iteration, residual));
+    }
     let outcome = analysis.run(&scene.stages, &mut recorder);
     if let Err(Error::Library(message)) = &outcome
         && world.size() > 1
@@ -254,10 +258,8 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
         recorder.message(&format!("warning: {warning}"));
         warnings.push(warning);
     }
-    if analysis.counts.largest_overhang > 0.0 {
-        let cells = analysis.counts.largest_overhang;
-        let warning = format!("domains stuck out of the grid by up to {cells:.1e} of a cell (5e-2 is the most)");
-        recorder.message(&warning);
+    if let Some(warning) = facts::overhang_warning(analysis.counts.largest_overhang) {
+        recorder.message(&format!("warning: {warning}"));
         warnings.push(warning);
     }
     let spent = recorder.spent_before();
@@ -270,12 +272,14 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
     }
     summary.warnings = warnings;
     recorder.summary(&summary)?;
+    let mut page = None;
     if scene.output.report {
-        recorder.report();
+        page = recorder.report();
         // The report is drawn from a summary that is complete but for the time that drawing takes.
         facts::take_times(world, &session, &mut summary, &spent, clock)?;
         recorder.summary(&summary)?;
     }
+    recorder.ending(&summary, page.as_deref());
     outcome
 }
 

@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::output::convergence::{Convergence, IterationRecord};
 use crate::output::folder::{ResultFolder, aside};
 use crate::output::history::{History, HistoryStep};
-use crate::output::progress::{Progress, StepLine};
+use crate::output::progress::{Ending, Progress, StepLine};
 use crate::output::summary::Summary;
 use crate::output::vtkhdf::Snapshots;
 use crate::output::{PointFields, agree, process};
@@ -21,8 +21,7 @@ use crate::solve::settings::Stage;
 use crate::solve::state::AnalysisState;
 use crate::solve::step::{Accepted, Attempt, Observer};
 use serde::{Deserialize, Serialize};
-use std::io::Stdout;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::Duration;
 
@@ -49,7 +48,7 @@ pub struct Recorder<'a> {
     directory: PathBuf,
     files: Option<RootFiles>,
     snapshots: Snapshots,
-    progress: Progress<Stdout>,
+    progress: Progress,
     /// Attempts at the current step so far.
     attempts: usize,
     /// What the files hold of the last accepted state.
@@ -87,7 +86,7 @@ impl<'a> Recorder<'a> {
         columns: Vec<Column>,
         total_points: u64,
         saved: Option<&RunState>,
-        progress: Progress<Stdout>,
+        progress: Progress,
         clock: &Rc<Clock>,
     ) -> Result<Self, Error> {
         let _writing = clock.enter(Phase::Output);
@@ -316,15 +315,29 @@ impl<'a> Recorder<'a> {
         agree(&self.world, written.map_err(|error| error.to_string()))
     }
 
-    /// Draws the report, on the root. A run is what it is without one: failure is a warning.
-    pub fn report(&mut self) {
+    /// Draws the report, on the root; returns where it is. A run is what it is without one: failure is a warning.
+    pub fn report(&mut self) -> Option<PathBuf> {
         let clock = self.clock.clone();
         let _writing = clock.enter(Phase::Output);
-        if self.world.is_root()
-            && let Err(error) = crate::report::write(&self.directory)
-        {
-            self.progress.message(&format!("warning: no report: {error}"));
+        if !self.world.is_root() {
+            return None;
         }
+        let written = crate::report::write(&self.directory);
+        written
+            .inspect_err(|error| self.progress.message(&format!("warning: no report: {error}")))
+            .ok()
+    }
+
+    /// Tells how the run ended.
+    pub fn ending(&mut self, summary: &Summary, report: Option<&Path>) {
+        self.progress.ending(&Ending {
+            status: summary.status,
+            steps: summary.steps,
+            seconds: summary.wall_seconds,
+            directory: &self.directory,
+            report,
+            saved: self.saved,
+        });
     }
 
     /// A line for the user.
@@ -361,6 +374,10 @@ fn begin_files(folder: &ResultFolder, names: &[String]) -> Result<RootFiles, Err
 }
 
 impl<C: Fields<D, N>, const D: usize, const N: usize> Observer<C, D, N> for Recorder<'_> {
+    fn begins(&mut self, step: usize, stage: &Stage) {
+        self.progress.attempt(step, &stage.name);
+    }
+
     fn attempted(&mut self, attempt: &Attempt<'_>) -> Result<(), Error> {
         let clock = self.clock.clone();
         let _writing = clock.enter(Phase::Output);

@@ -12,6 +12,7 @@ pub mod process;
 pub mod progress;
 pub mod summary;
 mod table;
+mod terminal;
 pub mod vtkhdf;
 
 use crate::error::Error;

@@ -1,51 +1,15 @@
-//! What a run prints while it goes: a head, and a line per step.
+//! What a run prints while it goes: a head, a line per step, and how it ended.
 //!
-//! On a terminal the line of a step is for people: it is overwritten by the next, and a failed attempt or the end of a
-//! stage stays. Elsewhere it is for programs, `step=1 stage=pull load_factor=0.1 ...`: every line stays, its keys do not
+//! On a terminal one line follows the run down to its iterations and keeps to the width of the terminal; messages stay
+//! above it. Elsewhere each step leaves a line for programs, `step=1 stage=pull load_factor=0.1 ...`: its keys do not
 //! change, and it holds no control characters.
 
+use super::summary::Status;
+use super::terminal::{Columns, LiveLine, Out, clock_time, watched, write};
 use std::fmt::Write as _;
-use std::io::{IsTerminal, Write};
+use std::path::Path;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
-
-/// Where lines go.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mode {
-    /// Nothing is printed.
-    Silent,
-    /// One line below the other.
-    Lines,
-    /// The line of a step takes the place of the one before.
-    Terminal,
-}
-
-impl Mode {
-    /// Only the rank that prints does, unless the user asked for quiet.
-    pub fn choose(prints: bool, quiet: bool) -> Self {
-        if !prints || quiet {
-            Mode::Silent
-        } else if on_terminal() {
-            Mode::Terminal
-        } else {
-            Mode::Lines
-        }
-    }
-}
-
-/// True where a person watches standard output.
-///
-/// `mpirun` gives its processes a terminal of its own making and copies what they print to wherever it was told to; so
-/// under `mpirun` the question is where that process prints.
-fn on_terminal() -> bool {
-    if !std::io::stdout().is_terminal() {
-        return false;
-    }
-    if std::env::var_os("OMPI_COMM_WORLD_SIZE").is_none() && std::env::var_os("PMIX_RANK").is_none() {
-        return true;
-    }
-    let target = std::fs::read_link(format!("/proc/{}/fd/1", std::os::unix::process::parent_id()));
-    target.is_ok_and(|path| path.starts_with("/dev/pts") || path.to_string_lossy().starts_with("/dev/tty"))
-}
 
 /// What is known before the first step.
 #[derive(Clone, Debug)]
@@ -91,26 +55,55 @@ impl StepLine<'_> {
     }
 }
 
+/// How a run ended, and what it leaves.
+#[derive(Clone, Copy, Debug)]
+pub struct Ending<'a> {
+    pub status: Status,
+    /// Steps that were accepted.
+    pub steps: usize,
+    /// Wall time of all parts of the run [s].
+    pub seconds: f64,
+    /// The result folder.
+    pub directory: &'a Path,
+    /// The page on the run, where it was drawn.
+    pub report: Option<&'a Path>,
+    /// Step from which `--restart` goes on, where there is a checkpoint.
+    pub saved: Option<usize>,
+}
+
 /// Printer of a run.
-#[derive(Debug)]
-pub struct Progress<W: Write> {
-    mode: Mode,
-    out: W,
-    /// A line is on the terminal that the next one takes the place of.
-    open: bool,
+#[derive(Default)]
+pub struct Progress {
+    /// Where lines go; nowhere on other ranks and where the user asked for quiet.
+    out: Option<Out>,
+    /// The line on a terminal that a person watches.
+    line: Option<LiveLine>,
+    /// What the line says before the step: rest of the time and share of the run.
+    rest: String,
 }
 
-impl Progress<std::io::Stdout> {
-    /// Prints on standard output.
-    pub fn on_stdout(mode: Mode) -> Self {
-        Progress::new(mode, std::io::stdout())
+impl Progress {
+    /// Prints on standard output, on the rank that `prints`, of a run that takes so long already.
+    pub fn on_stdout(prints: bool, elapsed: Duration) -> Self {
+        if prints {
+            Progress::new(Arc::new(Mutex::new(std::io::stdout())), watched(), elapsed)
+        } else {
+            Progress::default()
+        }
     }
-}
 
-impl<W: Write> Progress<W> {
-    /// Prints elsewhere.
-    pub fn new(mode: Mode, out: W) -> Self {
-        Progress { mode, out, open: false }
+    /// Prints elsewhere; for a person where there is a terminal with so many columns.
+    fn new(out: Out, terminal: Option<Columns>, elapsed: Duration) -> Self {
+        Progress {
+            line: terminal.map(|columns| LiveLine::new(out.clone(), columns, elapsed)),
+            out: Some(out),
+            rest: String::new(),
+        }
+    }
+
+    /// The line on a terminal, which is to be told of iterations; `None` where no terminal listens.
+    pub fn line(&self) -> Option<LiveLine> {
+        self.line.clone()
     }
 
     /// Prints what is run, with what.
@@ -138,43 +131,71 @@ impl<W: Write> Progress<W> {
         ));
     }
 
+    /// Shows on a terminal that a step is attempted.
+    pub fn attempt(&mut self, step: usize, stage: &str) {
+        if let Some(line) = &self.line {
+            line.show(format!("{}step {step}  {stage}", self.rest));
+        }
+    }
+
     /// Prints an accepted step.
-    pub fn step(&mut self, line: &StepLine<'_>) {
-        match self.mode {
-            Mode::Silent => {}
-            Mode::Lines => self.message(&pairs(line)),
-            Mode::Terminal => {
-                self.put(&format!("\r\x1b[K{}", describe(line)));
-                self.open = true;
-                if line.load_factor >= 1.0 {
-                    self.close_line();
-                }
-            }
+    pub fn step(&mut self, step: &StepLine<'_>) {
+        let Some(line) = &self.line else {
+            return self.message(&pairs(step));
+        };
+        let rest = step.rest().map(|rest| format!("rest {}  ", clock_time(rest)));
+        self.rest = format!("{}{:.0} %  ", rest.unwrap_or_default(), 100.0 * step.done);
+        line.show(format!("{}{}", self.rest, describe(step)));
+        if step.load_factor >= 1.0 {
+            let elapsed = clock_time(step.elapsed.as_secs_f64());
+            self.message(&format!(
+                "stage {}: done with step {}, {elapsed}",
+                step.stage, step.step
+            ));
         }
     }
 
     /// Prints a line that stays, such as why an attempt failed.
     pub fn message(&mut self, text: &str) {
-        if self.mode != Mode::Silent {
-            self.close_line();
-            self.put(&format!("{text}\n"));
+        let Some(out) = &self.out else { return };
+        let print = || write(out, &format!("{text}\n"));
+        match &self.line {
+            Some(line) => line.above(print),
+            None => print(),
         }
     }
 
-    /// Leaves the terminal with the cursor on a line of its own; to be called at the end of a run, however it ends.
+    /// Prints how a run ended, where its results and its report are, and what to do next.
+    pub fn ending(&mut self, ending: &Ending<'_>) {
+        let (word, results) = match ending.status {
+            Status::Completed => ("completed", "results are"),
+            Status::Stopped => ("stopped", "results up to there are"),
+            Status::Interrupted => ("interrupted", "results up to there are"),
+            Status::Failed => ("failed", "what was written until then is"),
+        };
+        let (steps, time, directory) = (ending.steps, clock_time(ending.seconds), ending.directory.display());
+        self.message(&format!("{word} after step {steps}, {time}; {results} in {directory}"));
+        if let Some(report) = ending.report {
+            self.message(&format!("report: {}", report.display()));
+        }
+        let next = match ending.status {
+            Status::Completed => return,
+            Status::Stopped => "what helps is in docs/stability.md",
+            Status::Interrupted => "nothing is wrong",
+            Status::Failed => "mend what the error names",
+        };
+        let restart = ending.saved.map(|step| match ending.status {
+            Status::Stopped => format!("; --restart goes on from step {step}, with another `solver` too"),
+            _ => format!("; --restart goes on from step {step}"),
+        });
+        self.message(&format!("next: {next}{}", restart.unwrap_or_default()));
+    }
+
+    /// Takes the line of a terminal away; to be called at the end of a run, however it ends.
     pub fn finish(&mut self) {
-        self.close_line();
-    }
-
-    fn close_line(&mut self) {
-        if std::mem::take(&mut self.open) {
-            self.put("\n");
+        if let Some(line) = self.line.take() {
+            line.clear();
         }
-    }
-
-    fn put(&mut self, text: &str) {
-        // A reader that went away (`| head`) must not end the run.
-        let _ = self.out.write_all(text.as_bytes()).and_then(|()| self.out.flush());
     }
 }
 
@@ -206,37 +227,17 @@ fn word(text: &str) -> String {
     }
 }
 
-/// A step for people.
+/// A step that was solved, for people; what matters most first, since a narrow terminal cuts the end off.
 fn describe(line: &StepLine<'_>) -> String {
-    let mut text = format!(
-        "step {:>4}  {}  load factor {:.6}  step {:.2e}  {:>2} iterations  residual {:.1e}  {}",
-        line.step,
-        line.stage,
-        line.load_factor,
-        line.step_size,
-        line.newton_iterations,
-        line.residual,
-        clock_time(line.elapsed.as_secs_f64()),
-    );
-    if let Some(rest) = line.rest().filter(|_| line.done < 1.0) {
-        write!(text, "  rest {}", clock_time(rest)).expect("writing to a string cannot fail");
-    }
-    text
-}
-
-/// Seconds as `h:mm:ss`, or `m:ss` below an hour.
-fn clock_time(seconds: f64) -> String {
-    let whole = seconds.round() as u64;
-    let (hours, minutes, seconds) = (whole / 3600, whole / 60 % 60, whole % 60);
-    if hours > 0 {
-        format!("{hours}:{minutes:02}:{seconds:02}")
-    } else {
-        format!("{minutes}:{seconds:02}")
-    }
+    format!(
+        "step {}  {}  {} iterations  residual {:.1e}  load factor {:.6}  size {:.3e}",
+        line.step, line.stage, line.newton_iterations, line.residual, line.load_factor, line.step_size,
+    )
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::terminal::tests::Watched;
     use super::*;
 
     fn line(load_factor: f64) -> StepLine<'static> {
@@ -253,9 +254,7 @@ mod tests {
         }
     }
 
-    fn printed(mode: Mode) -> String {
-        let mut out = Vec::new();
-        let mut progress = Progress::new(mode, &mut out);
+    fn run(mut progress: Progress) -> Progress {
         let libraries = [("PETSc", "3.18.5".to_string())];
         progress.header(&RunHeader {
             version: "0.1.0",
@@ -266,43 +265,56 @@ mod tests {
             dofs: 363,
             ranks: 2,
         });
+        progress.attempt(7, "compress");
         progress.step(&line(0.25));
         progress.message("attempt failed");
+        progress
+    }
+
+    fn plain() -> String {
+        let out = Arc::new(Mutex::new(Vec::new()));
+        let mut progress = run(Progress::new(out.clone(), None, Duration::ZERO));
         progress.step(&line(1.0));
         progress.finish();
-        String::from_utf8(out).unwrap()
+        let bytes = out.lock().unwrap().clone();
+        String::from_utf8(bytes).unwrap()
     }
 
     #[test]
-    fn a_step_on_a_terminal_tells_stage_load_iterations_residual_and_rest() {
-        let text = printed(Mode::Terminal);
-        assert!(
-            text.starts_with("mpm-petsc 0.1.0 (abc1234), PETSc 3.18.5\nBiaxial test\n900 material points"),
-            "{text}"
-        );
-        let step = text.lines().find(|line| line.contains("load factor")).unwrap();
-        for part in [
-            "compress",
-            "0.250000",
-            "5.00e-3",
-            "4 iterations",
-            "3.2e-11",
-            "1:30",
-            "rest 4:30",
-        ] {
-            assert!(step.contains(part), "{part} in {step}");
-        }
+    fn a_step_on_a_terminal_tells_rest_share_stage_iterations_residual_and_load() {
+        let terminal = Watched::new(110);
+        let mut progress = run(Progress::new(terminal.out(), Some(terminal.columns()), Duration::ZERO));
+        let rows = terminal.rows();
+        assert_eq!(rows[0], "mpm-petsc 0.1.0 (abc1234), PETSc 3.18.5");
+        assert_eq!(rows[3], "attempt failed", "{rows:?}");
+        let step =
+            "rest 4:30  25 %  step 7  compress  4 iterations  residual 3.2e-11  load factor 0.250000  size 5.000e-3";
+        assert_eq!(rows[4..], [format!("0:00  {step}")]);
+        progress.attempt(8, "compress");
+        progress.line().unwrap().iterated(2, 1e-3);
+        let next = "0:00  rest 4:30  25 %  step 8  compress  iteration 2  residual 1.0e-3";
+        assert_eq!(terminal.rows()[4..], [next]);
+    }
+
+    #[test]
+    fn the_end_of_a_stage_stays_on_a_terminal_and_its_last_step_does_not() {
+        let terminal = Watched::new(40);
+        let mut progress = Progress::new(terminal.out(), Some(terminal.columns()), Duration::ZERO);
+        progress.step(&line(1.0));
+        progress.finish();
+        assert_eq!(terminal.rows(), ["stage compress: done with step 7, 1:30"]);
     }
 
     #[test]
     fn elsewhere_a_step_is_keys_and_values() {
-        let text = printed(Mode::Lines);
+        let text = plain();
         let steps: Vec<&str> = text.lines().filter(|line| line.starts_with("step=")).collect();
         let expected = [
             "step=7 stage=compress load_factor=0.25 step_size=0.005 iterations=4 residual=3.2e-11 elapsed=90.0 rest=270.0",
             "step=7 stage=compress load_factor=1.0 step_size=0.005 iterations=4 residual=3.2e-11 elapsed=90.0 rest=0.0",
         ];
         assert_eq!(steps, expected);
+        assert_eq!(text.lines().count(), 6, "{text}");
     }
 
     #[test]
@@ -320,25 +332,44 @@ mod tests {
 
     #[test]
     fn plain_lines_hold_no_control_characters() {
-        assert!(
-            printed(Mode::Lines)
-                .chars()
-                .all(|letter| letter == '\n' || !letter.is_control())
+        assert!(plain().chars().all(|letter| letter == '\n' || !letter.is_control()));
+    }
+
+    #[test]
+    fn the_last_lines_tell_how_a_run_ended_where_its_report_is_and_what_to_do() {
+        let told = |status, saved| {
+            let out = Arc::new(Mutex::new(Vec::new()));
+            Progress::new(out.clone(), None, Duration::ZERO).ending(&Ending {
+                status,
+                steps: 28,
+                seconds: 61.0,
+                directory: Path::new("results/slope"),
+                report: Some(Path::new("results/slope/report.html")),
+                saved,
+            });
+            let bytes = out.lock().unwrap().clone();
+            String::from_utf8(bytes).unwrap()
+        };
+        let report = "report: results/slope/report.html";
+        assert_eq!(
+            told(Status::Completed, Some(28)),
+            format!("completed after step 28, 1:01; results are in results/slope\n{report}\n")
         );
-        assert_eq!(printed(Mode::Silent), "");
+        assert_eq!(
+            told(Status::Stopped, Some(28)),
+            format!(
+                "stopped after step 28, 1:01; results up to there are in results/slope\n{report}\nnext: what helps is in \
+                 docs/stability.md; --restart goes on from step 28, with another `solver` too\n"
+            )
+        );
+        let next = |status, saved| told(status, saved).lines().last().unwrap().to_owned();
+        let interrupted = "next: nothing is wrong; --restart goes on from step 28";
+        assert_eq!(next(Status::Interrupted, Some(28)), interrupted);
+        assert_eq!(next(Status::Failed, None), "next: mend what the error names");
     }
 
     #[test]
-    fn on_a_terminal_a_step_overwrites_the_last_and_messages_stay() {
-        let text = printed(Mode::Terminal);
-        assert_eq!(text.matches("\r\x1b[K").count(), 2);
-        assert!(text.contains("\nattempt failed\n"), "the step before stays: {text:?}");
-        assert!(text.ends_with('\n'));
-    }
-
-    #[test]
-    fn nothing_is_printed_on_other_ranks_or_when_quiet() {
-        assert_eq!(Mode::choose(false, false), Mode::Silent);
-        assert_eq!(Mode::choose(true, true), Mode::Silent);
+    fn on_other_ranks_nothing_listens() {
+        assert!(run(Progress::on_stdout(false, Duration::ZERO)).line().is_none());
     }
 }

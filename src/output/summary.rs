@@ -42,6 +42,8 @@ pub struct Summary {
     pub dofs: u64,
     /// Entries of the matrix, at the end.
     pub nonzeros: u64,
+    /// How far the domain of a point stuck out of the grid at most [cell].
+    pub largest_overhang: f64,
     /// Accepted steps.
     pub steps: usize,
     /// Steps tried, accepted or not.
@@ -93,6 +95,7 @@ mod tests {
             active_cells: 100,
             dofs: 363,
             nonzeros: 9000,
+            largest_overhang: 1.0e-3,
             steps: 7,
             attempts: 9,
             newton_iterations: 31,
@@ -116,7 +119,7 @@ mod tests {
         let path = scratch("summary").join("summary.json");
         example().write(&path).unwrap();
         let read: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
-        let promised = "status exit_code ranks points active_cells dofs nonzeros steps attempts newton_iterations \
+        let promised = "status exit_code ranks points active_cells dofs nonzeros largest_overhang steps attempts newton_iterations \
                         wall_seconds cpu_seconds phases peak_memory_mb versions";
         for key in promised.split_whitespace() {
             assert!(read.get(key).is_some(), "{key} is missing");

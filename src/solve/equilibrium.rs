@@ -23,6 +23,9 @@ pub struct Scales {
     pub round_off: RoundOff,
 }
 
+/// Is told the number of an iteration, from 1, and the relative residual that it left.
+pub type Watch = dyn Fn(usize, f64);
+
 /// The nonlinear problem of one attempt at a step.
 pub struct Equilibrium<'a, C: Fields<D, N>, const D: usize, const N: usize> {
     pub world: &'a World,
@@ -48,6 +51,8 @@ pub struct Equilibrium<'a, C: Fields<D, N>, const D: usize, const N: usize> {
     pub failure: Option<OutOfDomain>,
     /// Whether a rank was asked to stop by the time of the last evaluation; the same on every rank.
     pub interrupted: bool,
+    /// Who is told of iterations on this rank.
+    pub watch: Option<&'a Watch>,
     interrupt: &'a Interrupt,
     /// Local increments of the last evaluation.
     evaluated: Vec<f64>,
@@ -87,6 +92,7 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
             worst: None,
             failure: None,
             interrupted: false,
+            watch: None,
             interrupt,
             evaluated: Vec::new(),
             unassembled: [0.0; 2],
@@ -301,6 +307,9 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Nonlinear for Equilibrium<
             }
             None => f64::NAN,
         };
+        if let Some(watch) = self.watch {
+            watch(iteration.number + 1, force_residual);
+        }
         self.records.push(IterationRecord {
             iteration: iteration.number + 1,
             force_residual,

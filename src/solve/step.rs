@@ -4,7 +4,7 @@ use super::arc_length::{LengthStep, try_length};
 use super::attempt::{Approach, Failure, Solution, Solver, Tried, external_forces, pressure_forces, try_step};
 use super::balance::{LARGEST_IMBALANCE, imbalance, share_points};
 use super::convergence::IterationRecord;
-use super::equilibrium::{Equilibrium, Scales, has_damage};
+use super::equilibrium::{Equilibrium, Scales, Watch, has_damage};
 use super::path::{Goal, Reached, Review};
 use super::round_off::RoundOff;
 use super::settings::{SolverMethod, SolverSettings, Stage};
@@ -68,6 +68,8 @@ pub struct Accepted<'a, C: Fields<D, N>, const D: usize, const N: usize> {
 
 /// Who is told of the progress of an analysis. Calls are collective.
 pub trait Observer<C: Fields<D, N>, const D: usize, const N: usize> {
+    /// An attempt at a step begins.
+    fn begins(&mut self, step: usize, stage: &Stage);
     fn attempted(&mut self, attempt: &Attempt<'_>) -> Result<(), Error>;
     fn accepted(&mut self, step: &Accepted<'_, C, D, N>) -> Result<(), Error>;
 }
@@ -98,6 +100,7 @@ pub struct Analysis<C: Fields<D, N>, const D: usize, const N: usize> {
     /// Counts until now, failed attempts since the last accepted step included.
     pub counts: Counts,
     interrupt: Interrupt,
+    watch: Option<Box<Watch>>,
     clock: Rc<Clock>,
 }
 
@@ -125,8 +128,14 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
             counts: state.counts.clone(),
             state,
             interrupt: interrupt.clone(),
+            watch: None,
             clock: clock.clone(),
         }
+    }
+
+    /// Tells of the iterations on this rank from here on. What is told must neither take long nor wait for other ranks.
+    pub fn watch(&mut self, watch: impl Fn(usize, f64) + 'static) {
+        self.watch = Some(Box::new(watch));
     }
 
     /// How cells are shared among the ranks.
@@ -194,6 +203,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         let mut approach = Approach::FIRST;
         loop {
             let goal = steps.next_goal().expect("the stage is not done");
+            observer.begins(step, stage);
             let Tried {
                 end,
                 records,
@@ -414,7 +424,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         drop(searching);
         let _solving = clock.enter(Phase::Solve);
         solver.choose(approach.search)?;
-        let problem = Equilibrium::new(
+        let mut problem = Equilibrium::new(
             &self.world,
             &mut self.model,
             &mut self.balance,
@@ -427,6 +437,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
             self.state.peak_force,
             &self.interrupt,
         );
+        problem.watch = self.watch.as_deref();
         let tried = match &path {
             Some(step) => try_length(&self.session, solver, problem, step)?,
             None => try_step(&self.session, solver, problem, approach.opening)?,
