@@ -215,7 +215,9 @@ pub struct BoundaryKeys {
     /// Components whose increment is zero: `ux`, `uy`, `uz`, `rx`, `ry`, `rz`.
     #[serde(default)]
     pub fix: Vec<String>,
-    /// Totals of components, reached linearly over the stage and held afterwards [m, rad].
+    /// How far components go over the stage [m, rad]: added linearly to where they are when it begins, and held afterwards.
+    /// Back and forth by 10 mm in three stages is 0.01, -0.01, -0.01: at the ends of the stages 10, 0 and -10 mm. In a
+    /// later stage 0 holds the component where it is.
     #[serde(default, rename = "move")]
     pub moves: BTreeMap<String, f64>,
     /// Stage from which it acts and over which it moves; the first one unless set.
