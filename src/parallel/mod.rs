@@ -8,6 +8,7 @@ mod directory;
 pub use directory::{Directory, Numbered, Numbering};
 
 use crate::console;
+use std::ops::Range;
 use std::rc::Rc;
 use std::time::Duration;
 
@@ -17,8 +18,12 @@ use mpi::environment::{Threading, Universe};
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives, Equivalence, Root};
 
-/// Head start of the root where several ranks have a failure to report.
-const FIRST_WORD: Duration = Duration::from_secs(1);
+/// Head start of the root where several ranks have a failure to report: a launcher needs two to three seconds to end the
+/// others, since they catch its first signal.
+const FIRST_WORD: Duration = Duration::from_secs(4);
+
+/// Most that MPI gets in one call [byte]. It counts in 32 bits, and some libraries count bytes in them, too.
+const LARGEST_MESSAGE: usize = 1 << 30;
 
 /// The rank that reads, prints and writes what exists once.
 pub const ROOT: usize = 0;
@@ -26,10 +31,13 @@ pub const ROOT: usize = 0;
 /// All processes of this run.
 ///
 /// Copies share one MPI environment, which is finalised when the last of them is dropped. A rank that unwinds from a
-/// panic takes the others with it (exit code 101), since they would wait for it for ever.
+/// panic takes the others with it (exit code 101), since they would wait for it for ever. Lists of any length are sent: in
+/// pieces where MPI cannot count them.
 #[derive(Clone)]
 pub struct World {
     shared: Rc<Shared>,
+    /// Most that MPI gets in one call [byte], the same on all ranks.
+    largest_message: usize,
 }
 
 struct Shared {
@@ -64,7 +72,21 @@ impl World {
                 threads: provided == Threading::Multiple,
                 universe: Some(universe),
             }),
+            largest_message: LARGEST_MESSAGE,
         })
+    }
+
+    /// The same processes with smaller messages [byte]. All ranks name the same size.
+    pub fn with_messages_of(self, largest_message: usize) -> World {
+        World {
+            largest_message,
+            ..self
+        }
+    }
+
+    /// How many values of a type each of `parts` lists may have in one call of MPI.
+    fn piece<T>(&self, parts: usize) -> usize {
+        (self.largest_message / (size_of::<T>().max(1) * parts)).max(1)
     }
 
     /// The MPI communicator, for libraries that take one (PETSc, HDF5).
@@ -80,6 +102,11 @@ impl World {
     /// Number of processes.
     pub fn size(&self) -> usize {
         self.communicator().size() as usize
+    }
+
+    /// Collective. How many of the processes run on this machine.
+    pub fn ranks_of_this_machine(&self) -> usize {
+        self.communicator().split_shared(0).size() as usize
     }
 
     /// True on the rank that prints.
@@ -171,8 +198,10 @@ impl World {
     }
 
     fn reduce_slice<T: Equivalence + Copy>(&self, values: &mut [T], operation: SystemOperation) {
-        let own = values.to_vec();
-        self.communicator().all_reduce_into(&own[..], values, operation);
+        for piece in values.chunks_mut(self.piece::<T>(1)) {
+            let own = piece.to_vec();
+            self.communicator().all_reduce_into(&own[..], piece, operation);
+        }
     }
 
     /// Sum of `count` over the lower ranks: the first number of a range that every rank gets a piece of.
@@ -194,41 +223,71 @@ impl World {
     /// Sends `outgoing[r]` to rank `r`; entry `r` of the answer came from rank `r`.
     ///
     /// # Panics
-    /// If `outgoing` has not one entry per rank, or a rank's total exceeds what MPI counts in an `i32`.
+    /// If `outgoing` has not one entry per rank.
     pub fn exchange<T: Equivalence + Copy + Default>(&self, outgoing: &[Vec<T>]) -> Vec<Vec<T>> {
         assert_eq!(outgoing.len(), self.size(), "one list per rank");
-        let send_counts: Vec<i32> = outgoing.iter().map(|list| count(list.len())).collect();
-        let mut receive_counts = vec![0_i32; self.size()];
-        self.communicator()
-            .all_to_all_into(&send_counts[..], &mut receive_counts[..]);
+        let longest_own = outgoing.iter().map(Vec::len).max().unwrap_or(0);
+        let own: Vec<usize> = outgoing.iter().flat_map(|list| [list.len(), longest_own]).collect();
+        let mut others = vec![0; 2 * self.size()];
+        self.communicator().all_to_all_into(&own[..], &mut others[..]);
+        let lengths: Vec<usize> = others.iter().copied().step_by(2).collect();
+        let longest = others.into_iter().skip(1).step_by(2).max().unwrap_or(0);
+        let mut received: Vec<Vec<T>> = lengths.iter().map(|&length| Vec::with_capacity(length)).collect();
+        let piece = self.piece::<T>(self.size());
+        for start in (0..longest).step_by(piece) {
+            let part = |list: &Vec<T>| section(list.len(), start, piece);
+            let pieces: Vec<&[T]> = outgoing.iter().map(|list| &list[part(list)]).collect();
+            let counts = lengths.iter().map(|&length| section(length, start, piece).len());
+            self.exchange_pieces(&pieces, &counts.collect::<Vec<_>>(), &mut received);
+        }
+        received
+    }
+
+    /// One call of MPI: appends what comes, `counts[r]` values from rank `r`, to the lists.
+    fn exchange_pieces<T: Equivalence + Copy + Default>(
+        &self,
+        outgoing: &[&[T]],
+        counts: &[usize],
+        received: &mut [Vec<T>],
+    ) {
         let send = with_address(&outgoing.concat());
-        let total: usize = receive_counts.iter().map(|&n| n as usize).sum();
-        let mut received = vec![T::default(); total];
-        let (send_starts, receive_starts) = (starts(&send_counts), starts(&receive_counts));
+        let send_counts: Vec<i32> = outgoing.iter().map(|list| count(list.len())).collect();
+        let counts: Vec<i32> = counts.iter().map(|&length| count(length)).collect();
+        let mut arrived = vec![T::default(); total(&counts)];
+        let (send_starts, starts) = (starts(&send_counts), starts(&counts));
         self.communicator().all_to_all_varcount_into(
             &Partition::new(&send[..], send_counts, send_starts),
-            &mut PartitionMut::new(&mut received[..], &receive_counts[..], receive_starts),
+            &mut PartitionMut::new(&mut arrived[..], &counts[..], starts),
         );
-        split(received, &receive_counts)
+        append(received, &arrived, &counts);
     }
 
     /// The lists of all ranks on the root, in the order of ranks; `None` elsewhere.
-    ///
-    /// # Panics
-    /// If the total exceeds what MPI counts in an `i32`.
     pub fn gather<T: Equivalence + Copy + Default>(&self, values: &[T]) -> Option<Vec<Vec<T>>> {
-        let counts = self.all_gather(count(values.len()));
+        let lengths = self.all_gather(values.len());
+        let longest = lengths.iter().copied().max().unwrap_or(0);
+        let piece = self.piece::<T>(self.size());
+        let kept = |&length: &usize| if self.is_root() { length } else { 0 };
+        let mut received: Vec<Vec<T>> = lengths.iter().map(kept).map(Vec::with_capacity).collect();
+        for start in (0..longest).step_by(piece) {
+            let counts = lengths.iter().map(|&length| section(length, start, piece).len());
+            let counts: Vec<i32> = counts.map(count).collect();
+            self.gather_pieces(&values[section(values.len(), start, piece)], &counts, &mut received);
+        }
+        self.is_root().then_some(received)
+    }
+
+    /// One call of MPI: appends what comes to the root, `counts[r]` values from rank `r`, to its lists.
+    fn gather_pieces<T: Equivalence + Copy + Default>(&self, values: &[T], counts: &[i32], received: &mut [Vec<T>]) {
         let values = &with_address(values)[..];
         let root = self.communicator().process_at_rank(ROOT as i32);
         if !self.is_root() {
             root.gather_varcount_into(values);
-            return None;
+            return;
         }
-        let total: usize = counts.iter().map(|&n| n as usize).sum();
-        let mut received = vec![T::default(); total];
-        let starts = starts(&counts);
-        root.gather_varcount_into_root(values, &mut PartitionMut::new(&mut received[..], &counts[..], starts));
-        Some(split(received, &counts))
+        let mut arrived = vec![T::default(); total(counts)];
+        root.gather_varcount_into_root(values, &mut PartitionMut::new(&mut arrived[..], counts, starts(counts)));
+        append(received, &arrived, counts);
     }
 
     /// The root's list on every rank; what the others pass is ignored.
@@ -241,7 +300,9 @@ impl World {
         } else {
             vec![T::default(); length]
         };
-        root.broadcast_into(&mut received[..]);
+        for piece in received.chunks_mut(self.piece::<T>(1)) {
+            root.broadcast_into(piece);
+        }
         received
     }
 
@@ -271,33 +332,38 @@ fn with_address<T: Copy>(values: &[T]) -> Vec<T> {
     copy
 }
 
-/// A length as MPI counts it.
+/// A length as MPI counts it; pieces are made to fit.
 fn count(length: usize) -> i32 {
-    i32::try_from(length).expect("one message holds at most 2^31 - 1 entries")
+    i32::try_from(length).expect("a piece holds less than 2^31 values")
 }
 
 /// Where each part starts in a list of the parts.
 fn starts(counts: &[i32]) -> Vec<i32> {
-    let mut next = 0_i32;
-    counts
-        .iter()
-        .map(|&n| {
-            let start = next;
-            next = next
-                .checked_add(n)
-                .expect("one exchange holds at most 2^31 - 1 entries");
-            start
-        })
-        .collect()
+    let ends = counts.iter().scan(0, |end, &count| {
+        *end += count;
+        Some(*end)
+    });
+    ends.zip(counts).map(|(end, &count)| end - count).collect()
 }
 
-/// Cuts a list into parts of these lengths.
-fn split<T>(all: Vec<T>, counts: &[i32]) -> Vec<Vec<T>> {
-    let mut rest = all.into_iter();
-    counts
-        .iter()
-        .map(|&n| rest.by_ref().take(n as usize).collect())
-        .collect()
+/// Length of a list of parts.
+fn total(counts: &[i32]) -> usize {
+    counts.iter().map(|&count| count as usize).sum()
+}
+
+/// The part of a list that belongs to the piece from `start` on.
+fn section(length: usize, start: usize, piece: usize) -> Range<usize> {
+    start.min(length)..start.saturating_add(piece).min(length)
+}
+
+/// Appends the parts of a list, of these lengths, to one list each.
+fn append<T: Copy>(lists: &mut [Vec<T>], all: &[T], counts: &[i32]) {
+    let mut rest = all;
+    for (list, &count) in lists.iter_mut().zip(counts) {
+        let (part, others) = rest.split_at(count as usize);
+        list.extend_from_slice(part);
+        rest = others;
+    }
 }
 
 #[cfg(test)]
@@ -307,15 +373,16 @@ mod tests {
     #[test]
     fn parts_start_where_the_previous_ones_end() {
         assert_eq!(starts(&[2, 0, 3]), [0, 2, 2]);
-        assert_eq!(
-            split(vec![1, 2, 3, 4, 5], &[2, 0, 3]),
-            [vec![1, 2], vec![], vec![3, 4, 5]]
-        );
+        assert_eq!(total(&[2, 0, 3]), 5);
+        let mut lists = [vec![0], vec![], vec![]];
+        append(&mut lists, &[1, 2, 3, 4, 5], &[2, 0, 3]);
+        assert_eq!(lists, [vec![0, 1, 2], vec![], vec![3, 4, 5]]);
     }
 
     #[test]
-    #[should_panic(expected = "at most 2^31 - 1 entries")]
-    fn an_exchange_too_large_for_mpi_is_refused() {
-        starts(&[i32::MAX, 1, 1]);
+    fn pieces_cover_a_list() {
+        let pieces: Vec<_> = (0..10).step_by(4).map(|start| section(7, start, 4)).collect();
+        assert_eq!(pieces, [0..4, 4..7, 7..7]);
+        assert_eq!(section(3, 8, usize::MAX), 3..3);
     }
 }

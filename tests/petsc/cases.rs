@@ -60,6 +60,15 @@ fn communication(world: &World) {
     assert!(world.any(rank + 1 == size));
     let agreed = world.agree(if rank + 1 == size { Err(rank) } else { Ok(()) }, |rank| rank);
     assert_eq!(agreed, Err(size - 1));
+    // What MPI does not count in one message is sent in several.
+    for largest in [1 << 30, 1000, 40, 1] {
+        lists(&world.clone().with_messages_of(largest));
+    }
+    world.barrier();
+}
+
+fn lists(world: &World) {
+    let (rank, size) = (world.rank(), world.size());
     // Rank r sends r + s numbers to rank s.
     let outgoing: Vec<Vec<f64>> = (0..size).map(|to| vec![(10 * rank + to) as f64; rank + to]).collect();
     let incoming = world.exchange(&outgoing);
@@ -75,11 +84,17 @@ fn communication(world: &World) {
         world.gather(&bytes).map(|all| all.concat()),
         (rank == 0).then(|| b"last".to_vec())
     );
-    let gathered = world.gather(&vec![rank as u64; rank]);
-    let everything: Vec<Vec<u64>> = (0..size).map(|rank| vec![rank as u64; rank]).collect();
-    assert_eq!(gathered, (rank == 0).then_some(everything));
+    let list = |rank: usize| (0..7 * rank as u64).map(|k| 1000 * rank as u64 + k).collect::<Vec<_>>();
+    let everything: Vec<Vec<u64>> = (0..size).map(list).collect();
+    assert_eq!(world.gather(&list(rank)), (rank == 0).then_some(everything));
     assert_eq!(world.broadcast_text(if rank == 0 { "Grüße" } else { "" }), "Grüße");
-    world.barrier();
+    assert_eq!(
+        world.text_from(last, if rank == last { "viele Grüße" } else { "" }),
+        "viele Grüße"
+    );
+    let mut values: Vec<u64> = (0..11).map(|k| rank as u64 + k).collect();
+    world.max_slice(&mut values);
+    assert_eq!(values, (0..11).map(|k| last as u64 + k).collect::<Vec<_>>());
 }
 
 fn ghosts(session: &Rc<Session>) {
