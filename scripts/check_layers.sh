@@ -10,6 +10,8 @@ clock:
 interrupt:
 version:
 console:
+file:
+memory:
 parallel:   console
 error:      problem
 continuum:
@@ -18,15 +20,15 @@ grid:       parallel problem
 points:     continuum grid parallel
 condition:  continuum grid points
 assembly:   continuum material grid points condition parallel clock
-petsc:      parallel clock console error
+petsc:      parallel clock console error file
 solve:      continuum grid points condition assembly petsc parallel clock error interrupt
 output:     parallel clock error
-report:     config
+report:     config file
 verification: continuum material points parallel
 scene:      continuum grid material points condition solve verification
-config:     console scene grid material points condition solve verification problem
-study:      config console error output points problem report scene version
-app:        assembly clock condition config console continuum error grid interrupt material output parallel petsc points problem report scene solve verification version
+config:     console file scene grid material points condition solve verification problem
+study:      config console error file output points problem report scene version
+app:        assembly clock condition config console continuum error grid interrupt material memory output parallel petsc points problem report scene solve verification version
 main:       app clock config console error parallel scene study
 lib:
 "

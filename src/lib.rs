@@ -19,7 +19,7 @@
 //! 15. [`study`]: many runs as processes of their own, and charts of them.
 //!
 //! Small ones that any may use: [`problem`] (what is wrong in a file, and where), [`error`] (why a run ends, exit codes),
-//! [`clock`] (where the time goes), [`console`] (lines for the terminal), [`interrupt`] (signals that end a run), [`version`].
+//! [`clock`] (where the time goes), [`console`] (lines for the terminal), [`file`] (reading what has an end), [`memory`] (how much is left), [`interrupt`] (signals that end a run), [`version`].
 //!
 //! Equations are in `docs/theory.md`, a guided tour in `docs/tour.md`. In comments, `T 2.53` is equation or section 2.53 of
 //! the thesis that is named there.
@@ -35,9 +35,11 @@ pub mod config;
 pub mod console;
 pub mod continuum;
 pub mod error;
+pub mod file;
 pub mod grid;
 pub mod interrupt;
 pub mod material;
+pub mod memory;
 pub mod output;
 pub mod parallel;
 #[allow(unsafe_code)]

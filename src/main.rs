@@ -12,6 +12,9 @@ use mpm_petsc::study;
 use std::process::exit;
 use std::rc::Rc;
 
+#[global_allocator]
+static MEMORY: last_words::Allocator = last_words::Allocator;
+
 fn main() {
     let clock = Rc::new(Clock::start());
     let command = parse(std::env::args_os());
@@ -23,6 +26,7 @@ fn main() {
         console::complain(format_args!("error: MPI cannot be started"));
         exit(1);
     };
+    last_words::catch_aborts(world.is_root());
     let code = match command {
         Ok(command) => perform(&world, command, &clock),
         Err(Exit { message, code }) => {

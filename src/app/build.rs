@@ -3,6 +3,7 @@
 use super::Laws;
 use super::advice::{advice, estimates};
 use super::columns::Column;
+use super::need;
 use crate::assembly::Sink;
 use crate::assembly::kernel::Workspace;
 use crate::assembly::model::{Model, Survey};
@@ -69,6 +70,7 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         cells: std::array::from_fn(|k| settings.cells[k]),
         order: basis.order(),
     };
+    let mut warnings: Vec<String> = need::check(world, scene, source, &grid, &laws)?.into_iter().collect();
     let (points, points_per_body) = seed(world, &grid, &scene.bodies, &scene.regions);
     let ghost = scene.ghost.as_ref().map(|ghost| GhostPenalty::new(ghost, &C::KIND));
     let mut model = Model {
@@ -102,7 +104,7 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         }
     };
     let (active_cells, nodes, own_nodes) = (survey.active_cells, survey.nodes.total(), survey.nodes.own().to_vec());
-    let mut warnings = check_penalties(world, scene, source, &mut model, survey, &mut problems);
+    warnings.extend(check_penalties(world, scene, source, &mut model, survey, &mut problems));
     warnings.extend(check_boundaries(
         world,
         scene,

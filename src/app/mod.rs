@@ -6,6 +6,7 @@ mod checkpoint;
 mod columns;
 mod cost;
 mod facts;
+mod need;
 mod point;
 mod recorder;
 mod snapshot;
@@ -133,6 +134,10 @@ pub fn schema_text() -> String {
 /// # Errors
 /// The configuration cannot be read.
 pub fn read_input(world: &World, file: &str, overrides: &[String]) -> Result<Input, Error> {
+    if world.size() == 1 {
+        // A file of points may fill much of the memory: no copies of it.
+        return Input::from_disk(file, overrides).map_err(Error::Configuration);
+    }
     let text = if world.is_root() {
         encode_input(Input::from_disk(file, overrides))
     } else {
@@ -177,6 +182,8 @@ fn perform<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
     task: Task,
     clock: &Rc<Clock>,
 ) -> Result<(), Error> {
+    // Before anything that takes time.
+    Session::check_options(world, &scene.solver.petsc_options)?;
     let built = build::<C, D, N>(world, scene, source)?;
     match task {
         Task::Check => print(world, || Ok(built.describe(scene)))?,

@@ -1,11 +1,12 @@
 //! A YAML file other than a scene, which is a study, read with the same care: every problem in one pass, each with its place.
 
 use super::decode::{Findings, decode};
-use super::input::{MAXIMUM_CONFIGURATION, read_text};
+use super::input::MAXIMUM_CONFIGURATION;
 use super::kind;
 use super::path::Path;
 use super::source::Source;
 use super::tree;
+use crate::file::read_text;
 use crate::problem::Problem;
 use serde::de::DeserializeOwned;
 

@@ -541,7 +541,7 @@ pub struct SolverKeys {
     pub repeatable: RepeatableName,
     /// How the grid is shared among the ranks.
     pub partitioner: PartitionerName,
-    /// Options for PETSc, as on its command line.
+    /// Options for PETSc, as on its command line; those that start a debugger, trap or abort are refused.
     pub petsc_options: String,
 }
 

@@ -9,11 +9,11 @@ use super::nearest::did_you_mean;
 use super::point::{self, PointTask};
 use super::source::Source;
 use super::{check, kind, overrides, tree};
+use crate::file::read_text;
 use crate::problem::Problem;
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::io::Read;
 use std::path::{Path, absolute};
 
 /// Longest configuration that is read [bytes]; a longer file is not one.
@@ -192,28 +192,6 @@ impl Files {
     }
 }
 
-/// The text of a file, or a sentence that says why there is none.
-pub fn read_text(path: &Path, maximum: u64) -> Result<String, String> {
-    let metadata = std::fs::metadata(path).map_err(|error| match error.kind() {
-        std::io::ErrorKind::NotFound => "there is no such file".to_owned(),
-        _ => format!("the file cannot be read: {error}"),
-    })?;
-    if metadata.is_dir() {
-        return Err("this is a folder, not a file".to_owned());
-    }
-    let mut bytes = Vec::new();
-    let opened = std::fs::File::open(path).and_then(|file| file.take(maximum + 1).read_to_end(&mut bytes));
-    opened.map_err(|error| format!("the file cannot be read: {error}"))?;
-    if bytes.len() as u64 > maximum {
-        return Err(format!("the file is longer than {maximum} bytes"));
-    }
-    String::from_utf8(bytes).map_err(|error| {
-        let before = &error.as_bytes()[..error.utf8_error().valid_up_to()];
-        let line = 1 + before.iter().filter(|byte| **byte == b'\n').count();
-        format!("line {line} is not UTF-8 text")
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -230,6 +208,10 @@ mod tests {
         std::fs::create_dir_all(&folder).unwrap();
         let latin = folder.join("latin.yaml");
         std::fs::write(&latin, b"title: a\nname: caf\xe9\n").unwrap();
+        assert_eq!(
+            message(Path::new("/dev/zero")),
+            "this is a pipe or a device, not a file that has an end"
+        );
         assert_eq!(message(&folder.join("absent.yaml")), "there is no such file");
         assert_eq!(message(&folder), "this is a folder, not a file");
         assert_eq!(message(&latin), "line 2 is not UTF-8 text");

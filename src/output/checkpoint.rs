@@ -323,6 +323,9 @@ fn read_part<S: DeserializeOwned>(path: &Path, rank: usize, size: usize) -> Resu
             path.display()
         ));
     }
+    if !path.is_file() {
+        return Err(format!("{} is no checkpoint: it is no file", path.display()));
+    }
     let file = File::open(path).map_err(|error| {
         format!(
             "{} is no checkpoint, or one that is incomplete or damaged: {error}",

@@ -7,6 +7,9 @@ use std::fmt;
 
 use petsc_sys as sys;
 
+/// In the place of an error number where options were refused before PETSc was asked.
+const REFUSED: i64 = 0;
+
 /// A failed call of PETSc.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PetscError {
@@ -21,6 +24,9 @@ impl fmt::Display for PetscError {
         if self.is_memory() {
             return write!(f, "there is not enough memory: {}", self.message);
         }
+        if self.is_refusal() {
+            return write!(f, "{}", self.message);
+        }
         write!(f, "PETSc error {}: {}", self.code, self.message)
     }
 }
@@ -29,6 +35,9 @@ impl std::error::Error for PetscError {}
 
 impl From<PetscError> for crate::error::Error {
     fn from(error: PetscError) -> Self {
+        if error.is_refusal() {
+            return crate::error::Error::Command(error.to_string());
+        }
         crate::error::Error::Library(error.to_string())
     }
 }
@@ -37,6 +46,19 @@ impl PetscError {
     /// Whether PETSc got no memory.
     pub fn is_memory(&self) -> bool {
         self.code == i64::from(sys::PETSC_ERR_MEM)
+    }
+
+    /// Whether the options were refused before PETSc saw them, on all ranks alike.
+    pub fn is_refusal(&self) -> bool {
+        self.code == REFUSED
+    }
+
+    /// Options that PETSc must not see; to be found on all ranks alike.
+    pub(super) fn options(message: impl Into<String>) -> Self {
+        PetscError {
+            code: REFUSED,
+            message: message.into(),
+        }
     }
 
     /// An error found by this wrapper before PETSc was asked.

@@ -18,6 +18,7 @@ mod log;
 mod matrix;
 mod newton;
 mod nonlinear;
+mod options;
 mod ordering;
 mod partition;
 mod pattern;

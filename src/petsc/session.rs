@@ -14,7 +14,7 @@ use super::blas;
 use super::error::{PetscError, check, remember, text};
 use super::log::{PhaseSeconds, phase_seconds};
 use super::matrix::MatrixFormat;
-use super::ordering;
+use super::{options, ordering};
 use crate::parallel::World;
 
 /// Options that this wrapper sets unless the user does.
@@ -36,12 +36,11 @@ impl Session {
     /// Signals are left alone. Times of PETSc's phases are logged from here on.
     ///
     /// # Errors
-    /// A value without a name, a file of options that cannot be read, or what PETSc reports. PETSc can run only once
-    /// per process. What PETSc finds wrong inside a file, on several ranks, ends them with exit code 1 and a message.
-    pub fn start(world: &World, options: &[String]) -> Result<Rc<Session>, PetscError> {
+    /// Options that PETSc must not see (see [`Session::check_options`]), or what PETSc reports. PETSc can run only once
+    /// per process.
+    pub fn start(world: &World, given: &[String]) -> Result<Rc<Session>, PetscError> {
         let mut arguments = vec![c"mpm-petsc".to_owned(), c"-no_signal_handler".to_owned()];
-        arguments.extend(check_options(options)?);
-        check_option_files(world, options)?;
+        arguments.extend(options::checked(world, given)?);
         initialise(world, &arguments)?;
         // From here on the drop of the session finalises PETSc, whatever happens.
         let session = Rc::new(Session {
@@ -68,6 +67,15 @@ impl Session {
         check(unsafe { sys::PetscSysRegisterMetisPartitioning() })?;
         ordering::register()?;
         Ok(session)
+    }
+
+    /// Looks at options, those of the environment and of files among them, without starting PETSc.
+    ///
+    /// # Errors
+    /// The same on all ranks: a value without a name, options that would end or halt the process, files that cannot be
+    /// read.
+    pub fn check_options(world: &World, given: &[String]) -> Result<(), PetscError> {
+        options::checked(world, given).map(drop)
     }
 
     /// The processes that PETSc runs on.
@@ -200,40 +208,16 @@ impl Drop for Session {
         // SAFETY: PETSc runs, every handle is gone (each holds this session), and MPI is not finalised (`world`). The
         // error handler goes last, so that nothing is printed by PETSc itself.
         let code = unsafe { sys::PetscFinalize() };
-        super::error::report_in_drop("PetscFinalize", code);
+        // The user may be the cause, as with a log that PETSc shall write at its end into a folder that is not there.
+        if let (Err(error), true) = (check(code), self.world.is_root()) {
+            console::complain(format_args!("warning: the end of PETSc: {error}"));
+        }
     }
 }
 
 /// Name of an option as PETSc lists it, without the hyphen.
 fn plain(name: &CStr) -> String {
     name.to_string_lossy().trim_start_matches('-').to_owned()
-}
-
-/// Options as C texts, refused where a word is neither a name nor the value of the name before it: PETSc would skip it.
-fn check_options(options: &[String]) -> Result<Vec<CString>, PetscError> {
-    let is_name = |word: &str| {
-        word.strip_prefix('-')
-            .is_some_and(|rest| rest.starts_with(|c: char| c.is_alphabetic() || c == '-'))
-    };
-    let mut after_name = false;
-    let mut arguments = Vec::with_capacity(options.len());
-    for word in options {
-        let name = is_name(word);
-        if !name && !after_name {
-            return Err(PetscError::refused(
-                sys::PETSC_ERR_ARG_WRONG,
-                format!("`{word}` among the PETSc options is neither a name (`-ksp_type`) nor a value after one"),
-            ));
-        }
-        after_name = name;
-        arguments.push(CString::new(word.as_str()).map_err(|_| {
-            PetscError::refused(
-                sys::PETSC_ERR_ARG_WRONG,
-                format!("the PETSc option `{word}` contains a zero byte"),
-            )
-        })?);
-    }
-    Ok(arguments)
 }
 
 /// Starts PETSc on `world` and silences it.
@@ -265,36 +249,10 @@ fn initialise(world: &World, arguments: &[CString]) -> Result<(), PetscError> {
         ))
     };
     if let (Err(error), true) = (&started, world.size() > 1) {
-        // PETSc reads files on one rank, which may be the only one to know; the others wait inside PETSc.
-        console::complain(format_args!("rank {}: {error}", world.rank()));
-        world.abort(1);
+        // One rank may be the only one to know; the others wait inside PETSc.
+        world.fail(&error.to_string());
     }
     started
-}
-
-/// Refuses files of options that cannot be opened, on all ranks alike.
-fn check_option_files(world: &World, options: &[String]) -> Result<(), PetscError> {
-    let environment = std::env::var("PETSC_OPTIONS").unwrap_or_default();
-    let words: Vec<&str> = environment
-        .split_whitespace()
-        .chain(options.iter().map(String::as_str))
-        .collect();
-    let files = words
-        .windows(2)
-        .filter(|pair| pair[0].starts_with("-options_file"))
-        .map(|pair| pair[1]);
-    let unreadable = files
-        .map(|file| (file, std::fs::File::open(file)))
-        .find_map(|(file, opened)| {
-            let message = format!("the file of PETSc options `{file}` cannot be read: {}", opened.err()?);
-            Some(PetscError::refused(sys::PETSC_ERR_FILE_OPEN, message))
-        });
-    world.agree(unreadable.map_or(Ok(()), Err), |rank| {
-        PetscError::refused(
-            sys::PETSC_ERR_FILE_OPEN,
-            format!("rank {rank} cannot read a file of PETSc options"),
-        )
-    })
 }
 
 /// rsmpi's communicator as PETSc's headers know it: the same C type behind two generated names.
@@ -315,24 +273,4 @@ fn library_version() -> Result<String, PetscError> {
     // SAFETY: the out-pointers are valid.
     check(unsafe { sys::PetscGetVersionNumber(&mut major, &mut minor, &mut patch, &mut release) })?;
     Ok(format!("{major}.{minor}.{patch}"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn words(text: &str) -> Vec<String> {
-        text.split_whitespace().map(str::to_string).collect()
-    }
-
-    #[test]
-    fn names_with_and_without_values_are_options() {
-        assert!(check_options(&words("-ksp_monitor -ksp_rtol 1e-8 -mat_mumps_icntl_14 -1 --help")).is_ok());
-    }
-
-    #[test]
-    fn a_stray_word_is_refused_by_name() {
-        let error = check_options(&words("-ksp_type gmres fgmres")).unwrap_err();
-        assert!(error.message.contains("`fgmres`"), "{error}");
-    }
 }

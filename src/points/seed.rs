@@ -69,10 +69,8 @@ pub fn seed<C: Continuum, const D: usize>(
                 points_per_cell,
                 placement,
             } => {
-                let inside =
-                    |point: &SeedPoint| shape.contains(&point.position, -BOUNDARY_MARGIN * grid.smallest_edge());
-                let rules = points_per_cell.map(|count| placement.axis_points(count));
-                lattice(world, grid, shape.bounds(), &rules, inside)
+                let lattice = Lattice::new(grid, shape, *points_per_cell, *placement);
+                lattice.points(share(world, lattice.cells()))
             }
             PointSource::List(list) => share(world, list.len()).map(|k| list[k]).collect(),
             PointSource::Mesh(settings) => {
@@ -102,52 +100,157 @@ fn share(world: &World, items: usize) -> std::ops::Range<usize> {
     bound(world.rank())..bound(world.rank() + 1)
 }
 
-/// The lattice points inside a shape, of this rank's share of the cells that its bounds touch.
-fn lattice<const D: usize>(
-    world: &World,
-    grid: &Grid<D>,
-    bounds: ([f64; 3], [f64; 3]),
-    rules: &[Vec<AxisPoint>; 3],
-    inside: impl Fn(&SeedPoint) -> bool,
-) -> Vec<SeedPoint> {
-    let (mut lowest, mut count) = ([0; D], [0; D]);
-    for axis in 0..D {
-        let clamp = |x: f64| grid.cell_coordinate(axis, x).clamp(0.0, grid.cells[axis] as f64);
-        lowest[axis] = clamp(bounds.0[axis]).floor() as usize;
-        count[axis] = (clamp(bounds.1[axis]).ceil() as usize).saturating_sub(lowest[axis]);
+/// Where a body can have points, and how many of them it has, before there are any.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extent<const D: usize> {
+    /// Cells of the box around the body, along each axis.
+    pub cells: [usize; D],
+    /// Points of the body. A lattice of many is sampled: the number is known to a few thousandths of those in the box.
+    pub points: f64,
+    /// Share of the box that the body fills.
+    pub filled: f64,
+}
+
+/// How much of the grid a body takes; allocates nothing that grows with it.
+pub fn extent<const D: usize>(grid: &Grid<D>, body: &Body) -> Extent<D> {
+    match &body.points {
+        PointSource::Lattice {
+            shape,
+            points_per_cell,
+            placement,
+        } => {
+            let lattice = Lattice::new(grid, shape, *points_per_cell, *placement);
+            let filled = lattice.filled();
+            Extent {
+                cells: lattice.count,
+                points: filled * lattice.sites() as f64,
+                filled,
+            }
+        }
+        PointSource::List(list) => {
+            let cells = grid.cells;
+            let most: f64 = cells.iter().map(|&count| count as f64).product();
+            // As many points as are usual share a cell.
+            let touched = list.len() as f64 / 2f64.powi(D as i32);
+            Extent {
+                cells,
+                points: list.len() as f64,
+                filled: (touched / most).min(1.0),
+            }
+        }
+        PointSource::Mesh(settings) => {
+            let points = |axis: usize| (settings.cells[axis] * settings.points_per_cell[axis]) as f64;
+            Extent {
+                cells: std::array::from_fn(|axis| settings.cells[axis]),
+                points: (0..D).map(points).product(),
+                filled: 1.0,
+            }
+        }
     }
-    let per_cell: usize = rules[..D].iter().map(Vec::len).product();
-    let cells = share(world, count.iter().product());
-    let mut points = Vec::new();
-    // Growing copies a large list several times over. Room that a shape leaves empty costs nothing; where there is not so
-    // much, the list grows.
-    let _ = points.try_reserve(cells.len().saturating_mul(per_cell));
-    for mut flat in cells {
-        let mut cell = [0; D];
+}
+
+/// Sites of which a lattice is sampled: the share of those inside a shape is known to a thousandth then.
+const SAMPLES: u64 = 1 << 18;
+
+/// Places of points in the cells that the bounds of a shape touch.
+struct Lattice<'a, const D: usize> {
+    grid: &'a Grid<D>,
+    shape: &'a Shape,
+    rules: [Vec<AxisPoint>; 3],
+    /// First cell of the box, and its cells along each axis.
+    lowest: [usize; D],
+    count: [usize; D],
+    per_cell: usize,
+}
+
+impl<'a, const D: usize> Lattice<'a, D> {
+    fn new(grid: &'a Grid<D>, shape: &'a Shape, points_per_cell: [usize; 3], placement: Placement) -> Self {
+        let bounds = shape.bounds();
+        let (mut lowest, mut count) = ([0; D], [0; D]);
         for axis in 0..D {
-            cell[axis] = lowest[axis] + flat % count[axis];
-            flat /= count[axis];
+            let clamp = |x: f64| grid.cell_coordinate(axis, x).clamp(0.0, grid.cells[axis] as f64);
+            lowest[axis] = clamp(bounds.0[axis]).floor() as usize;
+            count[axis] = (clamp(bounds.1[axis]).ceil() as usize).saturating_sub(lowest[axis]);
         }
-        for mut local in 0..per_cell {
-            let mut point = SeedPoint {
-                position: [0.0; 3],
-                volume: 1.0,
-                half_lengths: [0.0; 3],
-            };
-            for axis in 0..D {
-                let AxisPoint { position, weight } = rules[axis][local % rules[axis].len()];
-                local /= rules[axis].len();
-                let edge = grid.cell_size[axis];
-                point.position[axis] = grid.min[axis] + (cell[axis] as f64 + position) * edge;
-                point.half_lengths[axis] = 0.5 * weight * edge;
-                point.volume *= weight * edge;
-            }
-            if inside(&point) {
-                points.push(point);
-            }
+        let rules = points_per_cell.map(|count| placement.axis_points(count));
+        Self {
+            grid,
+            shape,
+            lowest,
+            count,
+            per_cell: rules[..D].iter().map(Vec::len).product(),
+            rules,
         }
     }
-    points
+
+    fn cells(&self) -> usize {
+        self.count.iter().product()
+    }
+
+    fn sites(&self) -> u64 {
+        self.cells() as u64 * self.per_cell as u64
+    }
+
+    fn cell(&self, mut flat: usize) -> [usize; D] {
+        std::array::from_fn(|axis| {
+            let place = flat % self.count[axis];
+            flat /= self.count[axis];
+            self.lowest[axis] + place
+        })
+    }
+
+    fn site(&self, cell: &[usize; D], mut local: usize) -> SeedPoint {
+        let mut point = SeedPoint {
+            position: [0.0; 3],
+            volume: 1.0,
+            half_lengths: [0.0; 3],
+        };
+        for (axis, &place) in cell.iter().enumerate() {
+            let AxisPoint { position, weight } = self.rules[axis][local % self.rules[axis].len()];
+            local /= self.rules[axis].len();
+            let edge = self.grid.cell_size[axis];
+            point.position[axis] = self.grid.min[axis] + (place as f64 + position) * edge;
+            point.half_lengths[axis] = 0.5 * weight * edge;
+            point.volume *= weight * edge;
+        }
+        point
+    }
+
+    fn holds(&self, point: &SeedPoint) -> bool {
+        let margin = -BOUNDARY_MARGIN * self.grid.smallest_edge();
+        self.shape.contains(&point.position, margin)
+    }
+
+    /// Share of the sites that are inside the shape, of a large lattice by samples that are spread without a pattern.
+    fn filled(&self) -> f64 {
+        let sites = self.sites();
+        let inside = |site: u64| {
+            let (cell, local) = (site / self.per_cell as u64, site % self.per_cell as u64);
+            self.holds(&self.site(&self.cell(cell as usize), local as usize))
+        };
+        let count = if sites <= SAMPLES {
+            (0..sites).filter(|&site| inside(site)).count()
+        } else {
+            // Multiples of the golden ratio of 2^64 fill the range evenly, whatever part of them is looked at.
+            let spread = |k: u64| (u128::from(k.wrapping_mul(0x9e37_79b9_7f4a_7c15)) * u128::from(sites)) >> 64;
+            (0..SAMPLES).filter(|&k| inside(spread(k) as u64)).count()
+        };
+        count as f64 / sites.clamp(1, SAMPLES) as f64
+    }
+
+    /// The points inside the shape in a range of cells.
+    fn points(&self, cells: std::ops::Range<usize>) -> Vec<SeedPoint> {
+        // Growing copies a large list several times over. What is left empty was never touched, and costs nothing.
+        let filled = if self.sites() > SAMPLES { self.filled() } else { 0.0 };
+        let expected = filled * (cells.len() * self.per_cell) as f64;
+        let mut points = Vec::with_capacity(expected.ceil() as usize);
+        for flat in cells {
+            let cell = self.cell(flat);
+            let sites = (0..self.per_cell).map(|local| self.site(&cell, local));
+            points.extend(sites.filter(|point| self.holds(point)));
+        }
+        points
+    }
 }
 
 /// Material of a point after the regions, in their order.
@@ -194,4 +297,75 @@ fn push<C: Continuum, const D: usize>(
     points.volume.push(point.volume);
     points.reference_half_lengths.push(half_lengths);
     points.half_lengths.push(half_lengths);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn body(shape: Shape, points_per_cell: usize) -> Body {
+        Body {
+            name: "body".to_owned(),
+            material: 0,
+            points: PointSource::Lattice {
+                shape,
+                points_per_cell: [points_per_cell; 3],
+                placement: Placement::Even,
+            },
+        }
+    }
+
+    fn grid(cells: usize) -> Grid<2> {
+        Grid {
+            min: [0.0; 2],
+            cell_size: [1.0 / cells as f64; 2],
+            cells: [cells; 2],
+            order: 1,
+        }
+    }
+
+    fn disc(radius: f64) -> Shape {
+        Shape::Cylinder {
+            axis: 2,
+            centre: [0.5, 0.5, 0.0],
+            radius,
+            min: f64::NEG_INFINITY,
+            max: f64::INFINITY,
+        }
+    }
+
+    #[test]
+    fn points_are_counted_before_there_are_any() {
+        let ring = Shape::All(vec![disc(0.5), Shape::Not(Box::new(disc(0.45)))]);
+        let area = std::f64::consts::PI * (0.25 - 0.2025);
+        for (cells, per_cell) in [(10, 2), (100, 3), (40_000, 64)] {
+            let found = extent(&grid(cells), &body(ring.clone(), per_cell));
+            assert_eq!(found.cells, [cells; 2]);
+            let sites = ((cells * per_cell) as f64).powi(2);
+            let exact = if cells == 10 { 0.03 } else { 0.003 };
+            assert!((found.points / sites - area).abs() < exact, "{found:?}");
+            assert_eq!(found.points, found.filled * sites);
+        }
+        let (grid, body) = (grid(20), body(disc(0.3), 2));
+        let PointSource::Lattice { shape, .. } = &body.points else {
+            unreachable!()
+        };
+        let seeded = Lattice::new(&grid, shape, [2; 3], Placement::Even).points(0..144);
+        assert_eq!(extent(&grid, &body).points, seeded.len() as f64);
+    }
+
+    #[test]
+    fn samples_follow_no_pattern_of_the_lattice() {
+        // Every other column of cells along either axis.
+        for axis in 0..2 {
+            let strip = |k: usize| {
+                let (mut min, mut max) = ([0.0, 0.0, f64::NEG_INFINITY], [1.0, 1.0, f64::INFINITY]);
+                (min[axis], max[axis]) = (k as f64 / 256.0, (k + 1) as f64 / 256.0);
+                Shape::Box { min, max }
+            };
+            let strips = Shape::Any((0..256).step_by(2).map(strip).collect());
+            let found = extent(&grid(256), &body(strips, 8));
+            assert!((found.filled - 128.0 / 255.0).abs() < 0.005, "{found:?}");
+        }
+    }
 }

@@ -6,6 +6,12 @@ use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, Value
 
 use super::canvas::superscript;
 
+/// Largest size of a value that is drawn: sums and quotients of such values are finite.
+const LARGEST: f64 = 1e150;
+
+/// Most digits after the point that a number has.
+const MOST_DECIMALS: f64 = 17.0;
+
 /// How values become places along an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Scale {
@@ -65,10 +71,11 @@ impl Axis {
         }
     }
 
-    /// Fits the axis to data; what is not finite, and on a logarithmic axis not positive, does not count.
+    /// Fits the axis to data; what is not finite or beyond all measure, and on a logarithmic axis not positive, does not
+    /// count.
     pub fn fit(&self, data: impl Iterator<Item = f64>) -> Fitted {
         let log = matches!(self.scale, Scale::Log | Scale::Doubling);
-        let known = data.filter(|value| value.is_finite() && (!log || *value > 0.0));
+        let known = data.filter(|value| is_drawn(*value) && (!log || *value > 0.0));
         let limits = |(low, high): (f64, f64), value: f64| (low.min(value), high.max(value));
         let found = known.fold((f64::INFINITY, f64::NEG_INFINITY), limits);
         let default = if log { (1.0, 10.0) } else { (0.0, 1.0) };
@@ -81,7 +88,8 @@ impl Axis {
     }
 
     fn fit_linear(&self, found: (f64, f64)) -> Fitted {
-        let (low, high) = self.range.unwrap_or_else(|| with_margin(found));
+        let wide = |(low, high): &(f64, f64)| is_drawn(*low) && is_drawn(*high) && high - low > least_span(*low, *high);
+        let (low, high) = self.range.filter(wide).unwrap_or_else(|| with_margin(found));
         let (factor, unit) = match self.scale {
             Scale::Whole => (1.0, self.unit.clone()),
             _ => scaled_unit(low.abs().max(high.abs()), &self.unit),
@@ -93,7 +101,7 @@ impl Axis {
         }
         let first = (low / step).ceil() as i64;
         let last = (high / step).floor() as i64;
-        let decimals = (-step.log10().floor()).max(0.0) as usize;
+        let decimals = (-step.log10().floor()).clamp(0.0, MOST_DECIMALS) as usize;
         let ticks = (first..=last).map(|k| k as f64 * step);
         let ticks = ticks.map(|value| (value, decimal(value, decimals))).collect();
         Fitted {
@@ -203,7 +211,7 @@ impl Fitted {
     /// Place of a value along the axis; `None` where it has none.
     pub fn place(&self, value: f64) -> Option<f64> {
         let place = if self.log { value.log10() } else { value / self.factor };
-        place.is_finite().then_some(place)
+        (is_drawn(value) && place.is_finite()).then_some(place)
     }
 }
 
@@ -213,7 +221,8 @@ impl Ranged for Fitted {
     type ValueType = f64;
 
     fn map(&self, place: &f64, pixels: (i32, i32)) -> i32 {
-        let share = (place - self.range.0) / (self.range.1 - self.range.0);
+        // Far outside is far enough: pixels are counted in 32 bits.
+        let share = ((place - self.range.0) / (self.range.1 - self.range.0)).clamp(-100.0, 100.0);
         pixels.0 + (f64::from(pixels.1 - pixels.0) * share).round() as i32
     }
 
@@ -244,11 +253,25 @@ fn titled(label: &str, unit: &str) -> String {
     }
 }
 
+/// Whether a value has a place in a drawing.
+pub fn is_drawn(value: f64) -> bool {
+    value.abs() <= LARGEST
+}
+
+/// What two values differ by in round-off.
+fn least_span(low: f64, high: f64) -> f64 {
+    1e-9 * low.abs().max(high.abs())
+}
+
 /// A little room at both ends; some around a single value.
 fn with_margin((low, high): (f64, f64)) -> (f64, f64) {
     let size = low.abs().max(high.abs());
     // What differs in round-off only is drawn as the constant that it is.
-    let span = if high - low > 1e-9 * size { high - low } else { 0.0 };
+    let span = if high - low > least_span(low, high) {
+        high - low
+    } else {
+        0.0
+    };
     let margin = match (span, size) {
         (0.0, 0.0) => 1.0,
         (0.0, size) => 0.2 * size,
@@ -292,7 +315,7 @@ pub fn scaled_unit(largest: f64, unit: &str) -> (f64, String) {
     let power = if readable || !largest.is_finite() {
         0
     } else {
-        3 * (largest.log10() / 3.0).floor() as i32
+        (3 * (largest.log10() / 3.0).floor() as i32).max(-300)
     };
     let small = unit.is_empty() && (1e-3..1e4).contains(&largest);
     if power == 0 || small {
@@ -368,6 +391,47 @@ mod tests {
     fn whole_numbers_have_no_marks_between_them() {
         let fitted = Axis::new("step", "").whole().fit([0.0, 2.0].into_iter());
         assert_eq!(labels(&fitted), ["0", "1", "2"]);
+    }
+
+    #[test]
+    fn values_beyond_all_measure_have_no_place_and_spoil_nothing() {
+        let odd = [0.5, 1.0, f64::MAX, -f64::MAX, f64::NAN, f64::INFINITY, 5e-324, -1e-310];
+        for axis in [
+            Axis::new("odd", "Pa"),
+            Axis::new("odd", "").whole(),
+            Axis::new("odd", "").log(),
+            Axis::new("odd", "").doubling(),
+        ] {
+            for values in (0..odd.len()).flat_map(|k| [&odd[..=k], &odd[k..]]) {
+                let fitted = axis.fit(values.iter().copied());
+                assert!(fitted.range.0 < fitted.range.1, "{values:?}: {fitted:?}");
+                assert!(
+                    fitted.ticks.iter().all(|(_, label)| label.len() < 400),
+                    "{values:?}: {fitted:?}"
+                );
+                for place in values.iter().filter_map(|&value| fitted.place(value)) {
+                    fitted.map(&place, (i32::MAX / 4, 0));
+                }
+                assert_eq!(fitted.place(f64::MAX), None);
+            }
+        }
+        for range in [
+            (0.0, f64::MAX),
+            (f64::NAN, 1.0),
+            (1.0, 1.0),
+            (1e10, 1e10 + 1e-6),
+            (0.0, 5e-324),
+        ] {
+            let axis = Axis {
+                range: Some(range),
+                ..Axis::new("given", "m")
+            };
+            let fitted = axis.fit(std::iter::empty());
+            assert!(
+                fitted.range.0 < fitted.range.1 && fitted.ticks.len() <= 12,
+                "{range:?}: {fitted:?}"
+            );
+        }
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The deformed body at chosen snapshots, once for each field.
 
+use super::axis::is_drawn;
 use super::curves::Figure;
 use super::error::ReportError;
 use super::field::{Cloud, Colouring, View, data_address};
@@ -58,10 +59,15 @@ fn draw_chosen(snapshots: &Snapshots, plane: bool, chosen: &[usize]) -> Result<B
         return Ok(Bodies::default());
     };
     let cloud = |&snapshot: &usize| -> Result<Cloud, ReportError> {
-        Ok(Cloud {
+        let cloud = Cloud {
             positions: snapshots.positions(snapshot)?,
             half_lengths: snapshots.vector("half_lengths", snapshot)?,
-        })
+        };
+        let numbers = cloud.positions.iter().chain(&cloud.half_lengths).flatten();
+        match numbers.copied().find(|number| !is_drawn(*number)) {
+            Some(odd) => Err(snapshots.odd(snapshot, odd)),
+            None => Ok(cloud),
+        }
     };
     let clouds = chosen.iter().map(cloud).collect::<Result<Vec<_>, _>>()?;
     let initial = if first == 0 { clouds[0].clone() } else { cloud(&0)? };

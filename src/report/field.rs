@@ -9,7 +9,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{Color, ShapeStyle};
 use resvg::tiny_skia::{Color as Fill, Paint, Pixmap, Rect, Transform};
 
-use super::axis::{Axis, Fitted, scaled_unit};
+use super::axis::{Axis, Fitted, is_drawn, scaled_unit};
 use super::canvas::{self, Area, INK, MUTED, text_width, units};
 use super::chart::LEFT_MARGIN;
 use super::error::ReportError;
@@ -72,7 +72,7 @@ impl View {
                 }
             }
         }
-        if !view.min.iter().chain(&view.max).all(|value| value.is_finite()) {
+        if !view.min.iter().chain(&view.max).all(|value| is_drawn(*value)) {
             (view.min, view.max) = ([0.0; 3], [1.0; 3]);
         }
         for corner in view.corners() {

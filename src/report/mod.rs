@@ -16,6 +16,7 @@ mod results;
 mod snapshots;
 
 use std::fs;
+use std::panic::{self, AssertUnwindSafe};
 use std::path::{Path, PathBuf};
 
 use bodies::Bodies;
@@ -30,6 +31,25 @@ use results::Results;
 /// # Errors
 /// A folder without results, files that are damaged, and what cannot be written.
 pub fn write(directory: &Path) -> Result<PathBuf, ReportError> {
+    without_panic(|| draw(directory))
+}
+
+/// A drawing library that gives up on odd numbers is a failed report, and no end of the program.
+fn without_panic<T>(work: impl FnOnce() -> Result<T, ReportError>) -> Result<T, ReportError> {
+    let usual = panic::take_hook();
+    panic::set_hook(Box::new(|_| {}));
+    let outcome = panic::catch_unwind(AssertUnwindSafe(work));
+    panic::set_hook(usual);
+    outcome.unwrap_or_else(|cause| {
+        let text = cause.downcast_ref::<String>().map(String::as_str);
+        let text = text
+            .or(cause.downcast_ref::<&str>().copied())
+            .unwrap_or("no reason is given");
+        Err(ReportError::Drawing(text.to_owned()))
+    })
+}
+
+fn draw(directory: &Path) -> Result<PathBuf, ReportError> {
     let results = Results::read(directory)?;
     let groups = curves::groups(&results);
     let abscissae = curves::abscissae(&results, &groups);

@@ -7,6 +7,10 @@ use serde_json::Value as Json;
 use super::error::ReportError;
 use super::snapshots::Snapshots;
 use crate::config::tree::{self, Node};
+use crate::file;
+
+/// Longest file of text that is read [byte]: tables of 10 million rows are shorter.
+const MAXIMUM_TEXT: u64 = 4 << 30;
 
 /// A result folder as read. What a run that was killed did not come to write is absent, and named in `missing`.
 #[derive(Debug)]
@@ -146,11 +150,11 @@ pub fn below<'a>(node: &'a Node, key: &str) -> Option<&'a Node> {
 }
 
 fn text(path: &Path) -> Result<Option<String>, ReportError> {
-    match std::fs::read_to_string(path) {
-        Ok(text) => Ok(Some(text)),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(damaged(path, error)),
+    if !path.exists() {
+        return Ok(None);
     }
+    let text = file::read_text(path, MAXIMUM_TEXT).map_err(|reason| damaged(path, reason))?;
+    Ok(Some(text))
 }
 
 fn damaged(path: &Path, what: impl std::fmt::Display) -> ReportError {

@@ -3,8 +3,12 @@
 use super::file::{MeasureKeys, OneOrSeveral};
 use super::outcome::Outcome;
 use crate::config::file::ScalarOr;
+use crate::file::read_text;
 use std::collections::BTreeMap;
 use std::path::Path;
+
+/// Longest table of results that is read [byte]: ten million rows are shorter.
+const MAXIMUM_TABLE: u64 = 4 << 30;
 
 /// Something that is measured.
 #[derive(Clone, Debug, PartialEq)]
@@ -301,7 +305,8 @@ impl History {
     /// It cannot be read, its rows differ in length, or it has none.
     pub fn read(path: &Path) -> Result<History, String> {
         let name = path.display();
-        let mut reader = csv::Reader::from_path(path).map_err(|error| format!("{name} cannot be read: {error}"))?;
+        let text = read_text(path, MAXIMUM_TABLE).map_err(|reason| format!("{name}: {reason}"))?;
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
         let head = reader.headers().map_err(|error| format!("{name}: {error}"))?.clone();
         let mut columns = vec![Vec::new(); head.len()];
         for row in reader.records() {

@@ -1,6 +1,7 @@
 //! What a run of a study left in its folder: whether it is done, and how it ended.
 
 use super::plan::Run;
+use crate::file;
 use crate::version;
 use serde_json::Value;
 use std::fmt;
@@ -8,6 +9,9 @@ use std::fs;
 use std::io;
 use std::path::Path;
 use std::time::SystemTime;
+
+/// Longest file of a run that is looked at [byte].
+const MAXIMUM_LENGTH: u64 = 64 << 20;
 
 /// Where a run that ended without a summary says why.
 const FAILURE: &str = "failure.json";
@@ -73,7 +77,7 @@ impl Outcome {
 
 /// Whether a run has to be made.
 pub fn state(run: &Run) -> State {
-    let Ok(configuration) = fs::read_to_string(run.folder.join("config.yaml")) else {
+    let Ok(configuration) = file::read_text(&run.folder.join("config.yaml"), MAXIMUM_LENGTH) else {
         // A run may fail before it makes its folder.
         let failed = run.folder.join(FAILURE).exists();
         return if failed { State::Failed } else { State::Missing };
@@ -114,7 +118,7 @@ fn modified(path: &Path) -> Option<SystemTime> {
 }
 
 fn json(path: &Path) -> Option<Value> {
-    serde_json::from_str(&fs::read_to_string(path).ok()?).ok()
+    serde_json::from_str(&file::read_text(path, MAXIMUM_LENGTH).ok()?).ok()
 }
 
 /// How a run ended, from what is in its folder.
@@ -166,7 +170,7 @@ pub fn forget(run: &Run) -> io::Result<()> {
 /// # Errors
 /// The file cannot be written.
 pub fn record_failure(run: &Run, exit_code: Option<i32>, reason: &str) -> io::Result<String> {
-    let log = fs::read(run.folder.join("log.txt")).unwrap_or_default();
+    let log = file::read(&run.folder.join("log.txt"), MAXIMUM_LENGTH).unwrap_or_default();
     let log = String::from_utf8_lossy(&log).into_owned();
     let own: Vec<&str> = log.lines().filter_map(|line| line.strip_prefix("error: ")).collect();
     let message = match own.as_slice() {

@@ -231,6 +231,70 @@ fn folders_without_results_and_damaged_files_are_refused() {
     }
 }
 
+/// What no run writes, but what a damaged file may hold.
+#[test]
+fn odd_snapshots_and_tables_give_a_message_or_a_report_and_no_panic() {
+    let run = Launch::text(scenes::BLOCK).run().completed();
+    let write = |table: &str, value: f64| {
+        let file = hdf5::File::open_rw(run.file("points.vtkhdf")).unwrap();
+        let dataset = file.dataset(&format!("VTKHDF/{table}")).unwrap();
+        dataset.write_raw(&vec![value; dataset.size()]).unwrap();
+    };
+    let replace = |table: &str, shape: (usize, usize)| {
+        let file = hdf5::File::open_rw(run.file("points.vtkhdf")).unwrap();
+        file.unlink(&format!("VTKHDF/{table}")).unwrap();
+        let dataset = file.new_dataset::<f64>().shape(shape);
+        dataset.create(format!("VTKHDF/{table}").as_str()).unwrap();
+    };
+    let steps = |count: i64| {
+        let file = hdf5::File::open_rw(run.file("points.vtkhdf")).unwrap();
+        let attribute = file.group("VTKHDF/Steps").unwrap().attr("NSteps").unwrap();
+        attribute.write_scalar(&count).unwrap();
+    };
+    let whole = std::fs::read(run.file("points.vtkhdf")).unwrap();
+    let damages: [(&dyn Fn(), Option<&str>); 10] = [
+        (&|| write("Points", 1e308), Some("cannot be drawn")),
+        (&|| write("Points", f64::NAN), Some("cannot be drawn")),
+        (&|| write("Points", 1e12), None),
+        (&|| write("PointData/half_lengths", -1e308), Some("cannot be drawn")),
+        (&|| write("PointData/chi", f64::INFINITY), None),
+        (&|| write("Steps/PointOffsets", 1e18), Some("rows in a whole file")),
+        (&|| write("NumberOfPoints", 1e18), Some("rows in a whole file")),
+        (&|| write("Steps/Values", f64::NAN), Some("no time of a snapshot")),
+        (&|| replace("Points", (400, 2)), Some("is of shape")),
+        (&|| steps(i64::MAX), None),
+    ];
+    for (number, (damage, message)) in damages.into_iter().enumerate() {
+        std::fs::write(run.file("points.vtkhdf"), &whole).unwrap();
+        damage();
+        let report = report_of(&run.file(""));
+        match message {
+            Some(message) => {
+                let report = report.expect_code(1);
+                assert_eq!(report.complaints(message).len(), 1, "{number}: {}", report.stderr);
+                assert_eq!(report.complaints("error: ").len(), 1, "{number}: {}", report.stderr);
+            }
+            None => assert_eq!(report.completed().stderr, "", "{number}"),
+        }
+    }
+    std::fs::write(run.file("points.vtkhdf"), &whole).unwrap();
+    let history = run.read("history.csv");
+    let head = history.lines().next().unwrap();
+    let columns = head.split(',').count();
+    for value in ["1e308", "5e-324", "NaN", "1e400"] {
+        let row = |stage: &str| {
+            (0..columns)
+                .map(|k| if k == 1 { stage } else { value })
+                .collect::<Vec<_>>()
+                .join(",")
+        };
+        let text = format!("{head}\n{}\n{}\n{}\n", row("shear"), row("shear"), row("other"));
+        std::fs::write(run.file("history.csv"), text).unwrap();
+        let report = report_of(&run.file("")).completed();
+        assert_eq!(report.stderr, "", "{value}");
+    }
+}
+
 /// A report that cannot be drawn is a warning: the run is what it is.
 #[test]
 fn a_run_succeeds_without_room_for_its_report() {

@@ -95,7 +95,7 @@ impl Check<'_> {
         let nodes: f64 = cells[..dimension].iter().map(|&count| count as f64 + 1.0).product();
         let message = format!("the mesh has {nodes:.3e} nodes");
         let fits = nodes <= MAXIMUM_NODES;
-        self.require(fits, path, message, "at most 2147483647 nodes")
+        self.require(fits, path, message, format!("at most {MAXIMUM_NODES} nodes"))
             .then_some(cells)
     }
 
