@@ -12,6 +12,7 @@ mod column;
 mod compression;
 mod couple_layer;
 mod curved_cantilever;
+mod everyday;
 mod finite_elements;
 mod gosford;
 mod homogeneous_sandstone;
