@@ -3,6 +3,7 @@
 use super::Laws;
 use super::advice::{advice, estimates};
 use super::columns::Column;
+use super::inspect::{Inspection, inspect};
 use super::need;
 use crate::assembly::Sink;
 use crate::assembly::kernel::Workspace;
@@ -104,15 +105,18 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         }
     };
     let (active_cells, nodes, own_nodes) = (survey.active_cells, survey.nodes.total(), survey.nodes.own().to_vec());
-    warnings.extend(check_penalties(world, scene, source, &mut model, survey, &mut problems));
-    warnings.extend(check_boundaries(
+    warnings.extend(check_boundaries(world, scene, source, &model, &own_nodes, &mut problems));
+    let inspection = Inspection {
         world,
         scene,
         source,
-        &model,
-        &own_nodes,
-        &mut problems,
-    ));
+        model: &model,
+        survey: &survey,
+    };
+    let found = inspect(&inspection, !problems.is_empty());
+    problems.extend(found.problems);
+    warnings.extend(found.warnings);
+    warnings.extend(check_penalties(world, scene, source, &mut model, survey, &mut problems));
     if !problems.is_empty() {
         return Err(Error::Configuration(problems));
     }
@@ -184,9 +188,14 @@ impl Marks<'_> {
         let count = model
             .points
             .mark(self.world, selection, bit, |load| self.of_load[load], lattice, edge);
-        if count == 0 {
+        // What a load lacks has been told of the load.
+        if count == 0 && !matches!(selection, Selection::Load(_)) {
             let message = "the selection holds no material point";
-            problems.push(self.source.problem(path, message, "a selection with at least one"));
+            let problem = self.source.problem(path, message, "a selection with at least one");
+            // A surface is a selection for each side.
+            if !problems.contains(&problem) {
+                problems.push(problem);
+            }
         }
         self.used.push((selection.clone(), count.max(1)));
         (bit, count.max(1))
@@ -453,6 +462,10 @@ fn check_penalties<C: Fields<D, N>, const D: usize, const N: usize>(
         let safe = DOUBTFUL_PENALTY * ratio * largest[kind];
         let path = format!("boundary[{}].penalty", tie.boundary);
         let known = problems.iter().any(|problem| problem.path == path);
+        if largest[kind] == 0.0 {
+            // No point has a stiffness, which has been told.
+            continue;
+        }
         if tie.penalty > most && !known {
             let message = format!(
                 "{:e} is {:.1e} times the largest entry of the stiffness for {}: round-off would be worse than \

@@ -6,6 +6,7 @@ mod checkpoint;
 mod columns;
 mod cost;
 mod facts;
+mod inspect;
 mod need;
 mod point;
 mod recorder;

@@ -110,9 +110,22 @@ impl ActiveNodes {
         Self { keys, numbering }
     }
 
+    /// Keys of the nodes that this rank sees, sorted.
+    pub fn keys(&self) -> &[u64] {
+        &self.keys
+    }
+
     /// Keys of the nodes that this rank owns, sorted.
     pub fn own(&self) -> &[u64] {
         self.numbering.own()
+    }
+
+    /// Collective. Owner of each node that this rank sees.
+    pub fn owners(&self, world: &World) -> Vec<usize> {
+        let numbered = self.numbering.look_up(world, &self.keys).into_iter();
+        numbered
+            .map(|found| found.expect("own keys are numbered").owner)
+            .collect()
     }
 
     /// Nodes on all ranks.

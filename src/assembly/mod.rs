@@ -6,6 +6,7 @@ pub mod kernel;
 pub mod model;
 pub mod motion;
 pub mod penalty;
+pub mod pieces;
 pub mod round_off;
 pub mod surface;
 

@@ -4,6 +4,7 @@ use crate::assembly::active::{Active, ActiveNodes, Platens};
 use crate::assembly::kernel::{Workspace, jet};
 use crate::assembly::motion::PathPoints;
 use crate::assembly::penalty::GhostPenalty;
+use crate::assembly::pieces::Pieces;
 use crate::assembly::surface::{ActingConditions, Surface, SurfaceConditions, SurfacePoints};
 use crate::condition::Time;
 use crate::condition::dirichlet::{Boundary, GridPlane, plane_increment};
@@ -145,6 +146,11 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Model<C, D, N> {
             nodes,
             active_cells,
         })
+    }
+
+    /// Collective. Pieces of the body that the grid joins.
+    pub fn pieces(&self, world: &World, survey: &Survey<D>) -> Pieces {
+        Pieces::find(world, &self.grid, &survey.batches, &survey.nodes, &self.points.id)
     }
 
     /// Collective. What a solution needs beside a survey; the points have histories.

@@ -38,7 +38,7 @@ impl fmt::Debug for LoadField {
 
 impl Amount {
     /// What point `p` gets at full load.
-    fn at<C: Continuum, const D: usize>(&self, points: &Points<C, D>, p: usize) -> Cow<'_, [f64]> {
+    pub fn at<C: Continuum, const D: usize>(&self, points: &Points<C, D>, p: usize) -> Cow<'_, [f64]> {
         let volume = points.volume[p];
         let times_volume = |amount: &[f64]| amount.iter().map(|amount| volume * amount).collect::<Vec<_>>();
         match self {

@@ -137,6 +137,29 @@ impl MaterialSpec {
             MaterialSpec::Sandstone(parameters) => parameters.coupling_modulus,
         }
     }
+
+    /// Poisson's ratio of the elastic part [-].
+    pub fn poisson_ratio(&self) -> f64 {
+        let (lambda, mu) = match self {
+            MaterialSpec::Elastic(moduli) | MaterialSpec::Elastoplastic(moduli, _) => (moduli.lambda, moduli.mu),
+            MaterialSpec::Sandstone(parameters) => {
+                let mu = parameters.shear_modulus;
+                (parameters.bulk_modulus - 2.0 / 3.0 * mu, mu)
+            }
+        };
+        0.5 * lambda / (lambda + mu)
+    }
+
+    /// Whether plastic strain leaves the volume as it is: a potential that does not know the mean stress.
+    pub fn flows_at_constant_volume(&self) -> bool {
+        match self {
+            MaterialSpec::Elastic(_) => false,
+            MaterialSpec::Elastoplastic(_, plastic) => plastic.dilatancy_slope == 0.0,
+            MaterialSpec::Sandstone(parameters) => {
+                parameters.plastic.is_some_and(|plastic| plastic.dilatancy_slope == 0.0)
+            }
+        }
+    }
 }
 
 /// Names of the laws.

@@ -290,6 +290,15 @@ impl World {
         append(received, &arrived, counts);
     }
 
+    /// The lists of all ranks one behind the other, in the order of ranks, on every rank.
+    ///
+    /// # Panics
+    /// If the total exceeds what MPI counts in an `i32`.
+    pub fn concatenate<T: Equivalence + Copy + Default>(&self, values: &[T]) -> Vec<T> {
+        let all = self.gather(values).map(|lists| lists.concat());
+        self.broadcast(&all.unwrap_or_default())
+    }
+
     /// The root's list on every rank; what the others pass is ignored.
     pub fn broadcast<T: Equivalence + Copy + Default>(&self, values: &[T]) -> Vec<T> {
         let root = self.communicator().process_at_rank(ROOT as i32);

@@ -47,6 +47,19 @@ pub struct Region {
     pub replace: Vec<(usize, usize)>,
 }
 
+impl Region {
+    /// Whether it changes the material of points at a position; `edge` is the shortest of the cells [m].
+    pub fn holds(&self, position: &[f64; 3], edge: f64) -> bool {
+        self.shape.contains(position, -BOUNDARY_MARGIN * edge)
+    }
+
+    /// Material that a point of a material has inside.
+    pub fn replacement(&self, material: usize) -> Option<usize> {
+        let replace = self.replace.iter().find(|(from, _)| *from == material);
+        replace.map(|&(_, to)| to)
+    }
+}
+
 /// A point counts as inside a shape only where it lies deeper than this, in cells: on the boundary is outside.
 const BOUNDARY_MARGIN: f64 = 1.0e-9;
 
@@ -255,16 +268,12 @@ impl<'a, const D: usize> Lattice<'a, D> {
 
 /// Material of a point after the regions, in their order.
 fn material_at(regions: &[Region], material: usize, position: &[f64; 3], edge: f64) -> usize {
-    regions.iter().fold(material, |material, region| {
-        if !region.shape.contains(position, -BOUNDARY_MARGIN * edge) {
-            return material;
-        }
-        region
-            .replace
-            .iter()
-            .find(|(from, _)| *from == material)
-            .map_or(material, |&(_, to)| to)
-    })
+    regions
+        .iter()
+        .fold(material, |material, region| match region.holds(position, edge) {
+            true => region.replacement(material).unwrap_or(material),
+            false => material,
+        })
 }
 
 /// Makes room for so many points more.

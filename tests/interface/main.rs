@@ -8,6 +8,7 @@ mod bad_input;
 mod columns;
 mod commands;
 mod halving;
+mod nonsense;
 mod point;
 mod repetition;
 mod report;

@@ -1,0 +1,70 @@
+//! Volumetric locking: hat functions cannot keep the volume of every point, and become too stiff where material asks for
+//! it (docs/stability.md).
+
+use super::Inspection;
+use crate::continuum::Fields;
+use crate::material::spec::MaterialSpec;
+use crate::points::seed::PointSource;
+use crate::scene::{BasisKind, Scene};
+
+/// Poisson's ratio beyond which hats are too stiff.
+const NEARLY_INCOMPRESSIBLE: f64 = 0.45;
+
+/// Materials of points that lock with the basis of the scene. One point a cell asks for little enough to be met.
+pub fn locking<C: Fields<D, N>, const D: usize, const N: usize>(
+    inspection: &Inspection<'_, C, D, N>,
+) -> Option<String> {
+    let scene = inspection.scene;
+    let several = |source: &PointSource| match source {
+        PointSource::Lattice { points_per_cell, .. } => points_per_cell[..D].iter().any(|&count| count > 1),
+        PointSource::Mesh(mesh) => mesh.points_per_cell[..D].iter().any(|&count| count > 1),
+        PointSource::List(_) => true,
+    };
+    let constrained: Vec<usize> = (0..scene.bodies.len())
+        .filter(|&body| several(&scene.bodies[body].points))
+        .collect();
+    let remedy = remedy(scene)?;
+    let mut materials = vec![0_u8; scene.materials.len()];
+    let points = &inspection.model.points;
+    for (&material, &body) in points.material.iter().zip(&points.body) {
+        materials[material as usize] |= u8::from(constrained.contains(&(body as usize)));
+    }
+    inspection.world.max_slice(&mut materials);
+    let causes: Vec<_> = scene
+        .materials
+        .iter()
+        .zip(&materials)
+        .filter(|&(_, &used)| used > 0)
+        .filter_map(|(material, _)| Some(format!("materials.{} {}", material.name, cause(&material.spec)?)))
+        .collect();
+    (!causes.is_empty()).then(|| {
+        format!(
+            "volumetric locking: {}; hat functions may be too stiff for that, with a mean stress that alternates from point \
+             to point; {remedy} (docs/stability.md, \"Volumetric locking\")",
+            causes.join(", and ")
+        )
+    })
+}
+
+/// Why a law keeps its volume, where it does.
+fn cause(spec: &MaterialSpec) -> Option<String> {
+    let ratio = spec.poisson_ratio();
+    if ratio > NEARLY_INCOMPRESSIBLE + f64::EPSILON {
+        return Some(format!("is nearly incompressible (Poisson's ratio {ratio:.4})"));
+    }
+    spec.flows_at_constant_volume()
+        .then(|| "yields without change of volume".to_owned())
+}
+
+/// What to do, where the functions are hats.
+fn remedy(scene: &Scene) -> Option<&'static str> {
+    let on_a_mesh = scene
+        .bodies
+        .iter()
+        .any(|body| matches!(body.points, PointSource::Mesh(_)));
+    match scene.grid.basis {
+        _ if on_a_mesh => Some("model.method: mpm with grid.basis: bspline2 does better"),
+        BasisKind::Linear | BasisKind::Gimp | BasisKind::BSpline(1) => Some("grid.basis: bspline2 does better"),
+        BasisKind::BSpline(_) => None,
+    }
+}
