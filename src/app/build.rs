@@ -57,38 +57,8 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
     scene: &Scene,
     source: &Source,
 ) -> Result<Built<C, D, N>, Error> {
-    let components = if D == 2 { Components::Plane } else { Components::Space };
-    let laws: Vec<_> = scene
-        .materials
-        .iter()
-        .map(|material| C::law(&material.spec, components))
-        .collect();
-    let settings = &scene.grid;
-    let basis = settings.basis.functions();
-    let grid = Grid {
-        min: std::array::from_fn(|k| settings.min[k]),
-        cell_size: std::array::from_fn(|k| settings.cell_size[k]),
-        cells: std::array::from_fn(|k| settings.cells[k]),
-        order: basis.order(),
-    };
-    let mut warnings: Vec<String> = need::check(world, scene, source, &grid, &laws)?.into_iter().collect();
-    let (points, points_per_body) = seed(world, &grid, &scene.bodies, &scene.regions);
-    let ghost = scene.ghost.as_ref().map(|ghost| GhostPenalty::new(ghost, &C::KIND));
-    let mut model = Model {
-        initial_grid: grid.clone(),
-        follow_face: settings.follow_face,
-        grid,
-        basis,
-        laws,
-        points,
-        elements: elements(scene),
-        boundaries: scene.boundaries.clone(),
-        loads: Vec::new(),
-        face_loads: Vec::new(),
-        surface: SurfaceConditions::default(),
-        ghost,
-        path_points: None,
-    };
+    let (mut model, points_per_body, scarce) = unloaded(world, scene, source)?;
+    let mut warnings: Vec<String> = scarce.into_iter().collect();
     let mut problems = empty_bodies(source, &points_per_body);
     let columns = select(world, scene, source, &mut model, &mut problems);
     if let Some(manufactured) = &scene.manufactured {
@@ -130,6 +100,53 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         own_nodes,
         warnings,
     })
+}
+
+/// Grid, points and laws without loads and selections, the number of points of each body, and a warning about memory.
+type Unloaded<C, const D: usize, const N: usize> = (Model<C, D, N>, Vec<u64>, Option<String>);
+
+/// Collective. The model before anything acts on it.
+///
+/// # Errors
+/// More points or unknowns than there is memory for.
+fn unloaded<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
+    world: &World,
+    scene: &Scene,
+    source: &Source,
+) -> Result<Unloaded<C, D, N>, Error> {
+    let components = if D == 2 { Components::Plane } else { Components::Space };
+    let laws: Vec<_> = scene
+        .materials
+        .iter()
+        .map(|material| C::law(&material.spec, components))
+        .collect();
+    let settings = &scene.grid;
+    let basis = settings.basis.functions();
+    let grid = Grid {
+        min: std::array::from_fn(|k| settings.min[k]),
+        cell_size: std::array::from_fn(|k| settings.cell_size[k]),
+        cells: std::array::from_fn(|k| settings.cells[k]),
+        order: basis.order(),
+    };
+    let scarce = need::check(world, scene, source, &grid, &laws)?;
+    let (points, points_per_body) = seed(world, &grid, &scene.bodies, &scene.regions);
+    let ghost = scene.ghost.as_ref().map(|ghost| GhostPenalty::new(ghost, &C::KIND));
+    let model = Model {
+        initial_grid: grid.clone(),
+        follow_face: settings.follow_face,
+        grid,
+        basis,
+        laws,
+        points,
+        elements: elements(scene),
+        boundaries: scene.boundaries.clone(),
+        loads: Vec::new(),
+        face_loads: Vec::new(),
+        surface: SurfaceConditions::default(),
+        ghost,
+        path_points: None,
+    };
+    Ok((model, points_per_body, scarce))
 }
 
 /// The mesh of the scene, which is that of its only body.

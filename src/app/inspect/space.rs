@@ -50,6 +50,11 @@ impl<'a> Space<'a> {
         Self { inside, low, high }
     }
 
+    /// Whether the boxes around two bodies have a place in common.
+    pub fn is_near(&self, other: &Self) -> bool {
+        (0..3).all(|k| self.low[k] <= other.high[k] && other.low[k] <= self.high[k])
+    }
+
     /// Whether a position lies inside the body and not on its surface.
     pub fn holds(&self, position: &[f64; 3]) -> bool {
         let near = (0..3).all(|k| position[k] >= self.low[k] && position[k] <= self.high[k]);

@@ -7,7 +7,7 @@
 use super::motions::{Motions, part};
 use super::resultants::Resultants;
 use super::row_space::RowSpace;
-use super::{Findings, Inspection};
+use super::{Findings, Inspection, corner};
 use crate::assembly::pieces::Pieces;
 use crate::condition::dirichlet::Place;
 use crate::condition::weak::{Goal, Tie, acting};
@@ -126,7 +126,6 @@ fn outlines<C: Fields<D, N>, const D: usize, const N: usize>(
     let mut low = vec![f64::INFINITY; D * pieces.count];
     let mut high = vec![f64::NEG_INFINITY; D * pieces.count];
     let mut coupling = vec![0.0f64; pieces.count];
-    let mut members = Vec::new();
     for (p, &piece) in pieces.of_point.iter().enumerate() {
         for axis in 0..D {
             let place = points.position[p][axis];
@@ -135,48 +134,53 @@ fn outlines<C: Fields<D, N>, const D: usize, const N: usize>(
         }
         let material = &inspection.scene.materials[points.material[p] as usize];
         coupling[piece] = coupling[piece].max(material.spec.coupling_modulus());
-        let member = [piece as u64, u64::from(points.body[p])];
-        if members.last() != Some(&member) {
-            members.push(member);
-        }
     }
     world.min_slice(&mut low);
     world.max_slice(&mut high);
     world.max_slice(&mut coupling);
-    members.sort_unstable();
-    members.dedup();
-    let mut members: Vec<_> = world
-        .concatenate(&members.concat())
-        .chunks_exact(2)
-        .map(|pair| (pair[0], pair[1]))
-        .collect();
-    members.sort_unstable();
-    members.dedup();
-    let mut pieces_of_body = vec![0; inspection.scene.bodies.len()];
-    members.iter().for_each(|&(_, body)| pieces_of_body[body as usize] += 1);
-    let mut outlines: Vec<Outline> = (0..pieces.count)
-        .map(|piece| {
-            let (low, high) = (&low[piece * D..][..D], &high[piece * D..][..D]);
-            let uncoupled = C::KIND.contains(&UnknownKind::Rotation) && coupling[piece] == 0.0;
-            Outline {
-                motions: Motions::new(
-                    D,
-                    low,
-                    high,
-                    inspection.model.initial_nodes().smallest_edge(),
-                    uncoupled,
-                ),
-                low: low.to_vec(),
-                high: high.to_vec(),
-                bodies: Vec::new(),
-            }
-        })
-        .collect();
-    for (piece, body) in members {
-        let in_others = pieces_of_body[body as usize] > 1;
-        outlines[piece as usize].bodies.push((body as usize, in_others));
+    let edge = inspection.model.initial_nodes().smallest_edge();
+    let outline = |(piece, bodies): (usize, Vec<(usize, bool)>)| {
+        let (low, high) = (&low[piece * D..][..D], &high[piece * D..][..D]);
+        let uncoupled = C::KIND.contains(&UnknownKind::Rotation) && coupling[piece] == 0.0;
+        Outline {
+            motions: Motions::new(D, low, high, edge, uncoupled),
+            low: low.to_vec(),
+            high: high.to_vec(),
+            bodies,
+        }
+    };
+    let members = members(inspection, pieces);
+    members.into_iter().enumerate().map(outline).collect()
+}
+
+/// Collective. Bodies of each piece, with whether they are in other pieces too.
+fn members<C: Fields<D, N>, const D: usize, const N: usize>(
+    inspection: &Inspection<'_, C, D, N>,
+    pieces: &Pieces,
+) -> Vec<Vec<(usize, bool)>> {
+    let bodies = inspection.model.points.body.iter().map(|&body| u64::from(body));
+    let mut own: Vec<[u64; 2]> = Vec::new();
+    for (&piece, body) in pieces.of_point.iter().zip(bodies) {
+        let member = [piece as u64, body];
+        if own.last() != Some(&member) {
+            own.push(member);
+        }
     }
-    outlines
+    own.sort_unstable();
+    own.dedup();
+    let all = inspection.world.concatenate(&own.concat());
+    let mut all: Vec<_> = all
+        .chunks_exact(2)
+        .map(|pair| (pair[0] as usize, pair[1] as usize))
+        .collect();
+    all.sort_unstable();
+    all.dedup();
+    let mut pieces_of_body = vec![0; inspection.scene.bodies.len()];
+    all.iter().for_each(|&(_, body)| pieces_of_body[body] += 1);
+    let mut members = vec![Vec::new(); pieces.count];
+    all.iter()
+        .for_each(|&(piece, body)| members[piece].push((body, pieces_of_body[body] > 1)));
+    members
 }
 
 /// Collective. For each piece the rigid motions that nothing prevents in a stage.
@@ -380,16 +384,9 @@ fn name<C: Fields<D, N>, const D: usize, const N: usize>(
     if outline.bodies.iter().all(|&(_, in_others)| !in_others) {
         return bodies;
     }
-    let place = |corner: &[f64]| {
-        let numbers: Vec<_> = corner
-            .iter()
-            .map(|&number| crate::app::advice::length(number))
-            .collect();
-        format!("({})", numbers.join(", "))
-    };
     format!(
         "the part from {} to {} of {bodies}",
-        place(&outline.low),
-        place(&outline.high)
+        corner(&outline.low),
+        corner(&outline.high)
     )
 }
