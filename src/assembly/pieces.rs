@@ -4,7 +4,7 @@
 //! for the functions of the grid is several.
 
 use super::active::ActiveNodes;
-use crate::grid::Grid;
+use crate::grid::{Grid, Support};
 use crate::parallel::World;
 use crate::points::search::Batches;
 
@@ -81,18 +81,18 @@ impl Pieces {
 }
 
 /// Joins the nodes of a support; returns the place of the first among the sorted keys.
-fn join_support<const D: usize>(
-    grid: &Grid<D>,
-    support: &crate::grid::Support<D>,
-    keys: &[u64],
-    sets: &mut DisjointSets,
-) -> usize {
+fn join_support<const D: usize>(grid: &Grid<D>, support: &Support<D>, keys: &[u64], sets: &mut DisjointSets) -> usize {
     let mut first = None;
     support.for_each_node(|node| {
-        let place = keys
+        // Along the first axis keys follow one another, and all of a support are active.
+        if node[0] > support.lowest[0] as usize {
+            return;
+        }
+        let start = keys
             .binary_search(&grid.node_key(node))
             .expect("nodes of supports are active");
-        sets.join(*first.get_or_insert(place), place);
+        let first = *first.get_or_insert(start);
+        (start..start + support.count[0] as usize).for_each(|place| sets.join(first, place));
     });
     first.expect("a support has nodes")
 }

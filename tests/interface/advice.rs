@@ -103,7 +103,7 @@ fn thousands_of_points_in_a_cell_are_too_many() {
 #[test]
 fn symmetric_halves_are_seen() {
     let pressed = "boundary.1={face: y_max, fix: [rz], move: {uy: -0.001}}";
-    let held = "boundary.0={face: y_min, fix: [uy, rz]}";
+    let held = "boundary.0={face: y_min, fix: [ux, uy, rz]}";
     let word = "mirror-symmetric about x = 0.03";
     compare(BLOCK, word, &[pressed, held], &[]);
     // Each of these breaks it: a side that is held, a material, a body, a load across.

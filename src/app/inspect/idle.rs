@@ -19,6 +19,9 @@ pub fn idle_entries<C: Fields<D, N>, const D: usize, const N: usize>(
 /// Collective. Regions without points, or without any that they change.
 fn idle_regions<C: Fields<D, N>, const D: usize, const N: usize>(inspection: &Inspection<'_, C, D, N>) -> Vec<String> {
     let (points, regions) = (&inspection.model.points, &inspection.scene.regions);
+    if regions.is_empty() {
+        return Vec::new();
+    }
     let mut counts = vec![0_u64; 2 * regions.len()];
     let edge = inspection.model.initial_nodes().smallest_edge();
     for p in 0..points.len() {

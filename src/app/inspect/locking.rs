@@ -20,14 +20,12 @@ pub fn locking<C: Fields<D, N>, const D: usize, const N: usize>(
         PointSource::Mesh(mesh) => mesh.points_per_cell[..D].iter().any(|&count| count > 1),
         PointSource::List(_) => true,
     };
-    let constrained: Vec<usize> = (0..scene.bodies.len())
-        .filter(|&body| several(&scene.bodies[body].points))
-        .collect();
+    let constrained: Vec<bool> = scene.bodies.iter().map(|body| several(&body.points)).collect();
     let remedy = remedy(scene)?;
     let mut materials = vec![0_u8; scene.materials.len()];
     let points = &inspection.model.points;
     for (&material, &body) in points.material.iter().zip(&points.body) {
-        materials[material as usize] |= u8::from(constrained.contains(&(body as usize)));
+        materials[material as usize] |= u8::from(constrained[body as usize]);
     }
     inspection.world.max_slice(&mut materials);
     let causes: Vec<_> = scene

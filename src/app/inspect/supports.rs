@@ -18,7 +18,7 @@ use crate::points::select::in_space;
 /// More pieces than this are not told one by one.
 const MOST_TOLD: usize = 5;
 
-/// Collective. Pieces that rigid motions are left to. Where nothing holds a piece at all, or a load drives a free motion,
+/// Collective. Pieces that may move as rigid bodies do. Where nothing holds a piece at all, or a load drives a free motion,
 /// there is no equilibrium; otherwise the motion is left to round-off, which may go well.
 pub fn unsupported<C: Fields<D, N>, const D: usize, const N: usize>(inspection: &Inspection<'_, C, D, N>) -> Findings {
     let pieces = inspection.model.pieces(inspection.world, inspection.survey);
@@ -328,7 +328,7 @@ fn tell<C: Fields<D, N>, const D: usize, const N: usize>(
         );
         let message = match piece.cause {
             Cause::Undetermined => {
-                let message = "no load drives it, but only round-off keeps the stiffness from being singular; a support that prevents it changes nothing else";
+                let message = "no load drives it, so that round-off decides how far it goes; a support that prevents it changes nothing else";
                 findings.warnings.push(format!("{path}: {free}: {message}"));
                 continue;
             }
