@@ -75,7 +75,14 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
         }
     };
     let (active_cells, nodes, own_nodes) = (survey.active_cells, survey.nodes.total(), survey.nodes.own().to_vec());
-    warnings.extend(check_boundaries(world, scene, source, &model, &own_nodes, &mut problems));
+    warnings.extend(check_boundaries(
+        world,
+        scene,
+        source,
+        &model,
+        &own_nodes,
+        &mut problems,
+    ));
     let inspection = Inspection {
         world,
         scene,
