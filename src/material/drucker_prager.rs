@@ -52,6 +52,8 @@ use nalgebra::Matrix3;
 const MOST_ITERATIONS: usize = 50;
 /// Most halvings of a local correction.
 const MOST_HALVINGS: usize = 10;
+/// Norm of the largest flow `D` of a step: a root beyond is one of the equations, not of a solid.
+const LARGEST_FLOW: f64 = 8.0;
 
 /// The elastoplastic micropolar law.
 #[derive(Clone, Debug)]
@@ -280,12 +282,13 @@ impl DruckerPrager {
     /// The return of a trial state beyond the surface.
     fn return_from(&self, trial: &Trial, trial_point: &StressPoint) -> Result<Returned, NoSolution> {
         match self.components {
-            Components::Plane => self.respond_in::<PlaneSet, 10, 4, 4>(trial, trial_point),
-            Components::Space => self.respond_in::<SpaceSet, 19, 6, 9>(trial, trial_point),
+            Components::Plane => self.respond_in::<PlaneSet, 10, 4, 4, 5>(trial, trial_point),
+            Components::Space => self.respond_in::<SpaceSet, 19, 6, 9, 7>(trial, trial_point),
         }
     }
 
-    fn respond_in<A: ActiveSet, const CONE: usize, const APEX: usize, const WRYNESS: usize>(
+    /// The iterations that nearly always succeed come first; what follows them is slower, and surer.
+    fn respond_in<A: ActiveSet, const CONE: usize, const APEX: usize, const WRYNESS: usize, const CURVE: usize>(
         &self,
         trial: &Trial,
         trial_point: &StressPoint,
@@ -297,17 +300,22 @@ impl DruckerPrager {
         };
         let apex = || self.return_to_apex::<A, APEX, WRYNESS>(trial);
         let cone = |start: &Start, unknown| self.return_to_cone::<A, CONE>(trial, start, unknown);
-        let search = |y: f64| self.search_cone::<A, WRYNESS, APEX>(trial, y);
+        let search = || {
+            let along_curve = self.search_cone::<A, WRYNESS, CURVE>(trial);
+            along_curve.or_else(|failure| {
+                let to_apex = || self.search_apex::<A, APEX, WRYNESS, CURVE>(trial);
+                apex().or_else(|_| to_apex()).map_err(|_| failure)
+            })
+        };
         match self.estimate(trial, trial_point) {
             Estimate::Cone(start) => cone(&start, Unknown::Ratio)
                 .or_else(|_| cone(&start, Unknown::Multiplier))
                 .or_else(|_| cone(&elastic, Unknown::Multiplier))
-                .or_else(|_| search(1.0 / (1.0 + 3.0 * self.elastic.mu * start.ratio)))
-                .or_else(|failure| apex().map_err(|_| failure)),
+                .or_else(|_| search()),
             Estimate::Apex => apex()
                 .or_else(|_| cone(&elastic, Unknown::Ratio))
                 .or_else(|_| cone(&elastic, Unknown::Multiplier))
-                .or_else(|_| search(0.5)),
+                .or_else(|_| search()),
         }
     }
 

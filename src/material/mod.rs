@@ -3,6 +3,7 @@
 mod active;
 #[cfg(test)]
 pub(crate) mod check;
+mod curve;
 mod dense;
 pub mod driver;
 pub mod drucker_prager;

@@ -5,9 +5,12 @@
 //! many in space (docs/stability.md has the counts of a million).
 
 mod classical;
+mod micropolar;
+mod sandstone;
 
 use super::check::{Random, driven};
 use super::{Components, NoSolution};
+use crate::continuum::micropolar::MicropolarStrain;
 use nalgebra::{Matrix3, Rotation3, SymmetricEigen, Vector3};
 use std::collections::BTreeMap;
 
@@ -16,7 +19,7 @@ const TOLERANCE: f64 = 1e-9;
 
 /// Trials of a law in each set of components.
 fn trials() -> usize {
-    std::env::var("MPM_PETSC_TRIALS").map_or(2_000, |text| text.parse().expect("a number of trials"))
+    std::env::var("MPM_PETSC_TRIALS").map_or(5_000, |text| text.parse().expect("a number of trials"))
 }
 
 /// What became of the trials of a law.
@@ -102,6 +105,24 @@ fn stretch(random: &mut Random, components: Components, size: f64) -> Matrix3<f6
     }
 }
 
+/// A stretch of up to `size`, turned against the micro-rotation by up to `angle`, with wryness up to `1/length`.
+fn micropolar_strain(
+    random: &mut Random,
+    components: Components,
+    size: f64,
+    [angle, length]: [f64; 2],
+) -> MicropolarStrain {
+    let wryness = match (positive(random) * 4.0) as usize {
+        0 => 0.0,
+        1 => 1.0 / length,
+        _ => size / length,
+    };
+    MicropolarStrain {
+        stretch: rotation(random, components, angle) * stretch(random, components, size),
+        wryness: random.tensor(driven(components).1) * wryness,
+    }
+}
+
 /// Size of the strains of a trial.
 fn size(random: &mut Random) -> f64 {
     choice(random, &[0.5, 0.5, 0.2, 0.05, 5e-3, 1e-4])
@@ -114,6 +135,15 @@ fn half_logarithm(tensor: &Matrix3<f64>) -> Matrix3<f64> {
         eigenvectors: v,
     } = SymmetricEigen::new((tensor + tensor.transpose()) * 0.5);
     v * Matrix3::from_diagonal(&eigenvalues.map(|value| 0.5 * value.ln())) * v.transpose()
+}
+
+/// Whether a residual is small beside what it is made of.
+fn near(what: &str, value: f64, scale: f64, tolerance: f64) -> Result<(), String> {
+    if value.abs() <= tolerance * scale {
+        Ok(())
+    } else {
+        Err(format!("{what}: {value:e} of {scale:e}"))
+    }
 }
 
 /// Tensor without its mean.

@@ -19,12 +19,14 @@
 //! cone's where the two meet (`tr D = 0`), and smooth beyond.
 
 use super::couples::Couples;
-use super::{Branch, DruckerPrager, MOST_HALVINGS, MOST_ITERATIONS, PlasticState, Returned, StressPoint, Trial};
-use super::{MicropolarModuli, NoSolution, force_rate};
+use super::{Branch, DruckerPrager, LARGEST_FLOW, MOST_HALVINGS, MOST_ITERATIONS, PlasticState, Returned, Trial};
+use super::{MicropolarModuli, NoSolution, StressPoint, force_rate};
 use crate::continuum::tensor::{SymmetricExponential, component, symmetric, symmetric_eigen};
 use crate::material::active::{ActiveSet, Pair};
+use crate::material::curve::{Equations, follow};
 use crate::material::dense::{Factors, System};
 use nalgebra::Matrix3;
+use std::marker::PhantomData;
 
 /// Where the returns to cone and apex meet, rounding may favour neither: relative play of the condition above.
 const PLAY: f64 = 1e-6;
@@ -49,6 +51,47 @@ impl DruckerPrager {
         &self,
         trial: &Trial,
     ) -> Result<Returned, NoSolution> {
+        self.return_to_apex_from::<A, N, WRYNESS>(trial, &Matrix3::zeros())
+    }
+
+    /// The same from where the elastic stretch is a rotation and the stress small, as at most apices; then along a curve
+    /// from the stress there to that of the apex: slower, and surer where the flow is large.
+    pub(super) fn search_apex<A: ActiveSet, const N: usize, const WRYNESS: usize, const CURVE: usize>(
+        &self,
+        trial: &Trial,
+    ) -> Result<Returned, NoSolution> {
+        let missing = NoSolution {
+            what: "the search for a return to the apex ended without one",
+            residual: f64::INFINITY,
+        };
+        let (squares, directions) = symmetric_eigen(&symmetric(&(trial.stretch * trial.stretch.transpose())));
+        let start = directions * Matrix3::from_diagonal(&squares.map(|x| 0.5 * x.ln())) * directions.transpose();
+        if !start.sum().is_finite() {
+            return Err(missing);
+        }
+        self.return_to_apex_from::<A, N, WRYNESS>(trial, &start).or_else(|_| {
+            let couples = self.couples_at::<A, WRYNESS>(trial, 0.0)?;
+            let path = ApexPath::<A> {
+                law: self,
+                trial,
+                couples,
+                start_stress: self.apex_state(trial, &couples, &start).point.symmetric_stress,
+                components: PhantomData,
+            };
+            let mut from = [0.0; CURVE];
+            for (value, &pair) in from.iter_mut().zip(A::SYMMETRIC) {
+                *value = start[pair];
+            }
+            let end = follow(&path, from, 1.0, |x| x[CURVE - 1] >= 1.0).ok_or(missing)?.end;
+            self.return_to_apex_from::<A, N, WRYNESS>(trial, &symmetric_of::<A>(&end))
+        })
+    }
+
+    fn return_to_apex_from<A: ActiveSet, const N: usize, const WRYNESS: usize>(
+        &self,
+        trial: &Trial,
+        start: &Matrix3<f64>,
+    ) -> Result<Returned, NoSolution> {
         if self.plastic.friction_slope == 0.0 {
             return Err(NoSolution {
                 what: "a cylinder has no apex",
@@ -56,7 +99,7 @@ impl DruckerPrager {
             });
         }
         let couples = self.couples_at::<A, WRYNESS>(trial, 0.0)?;
-        let mut state = self.apex_state(trial, &couples, &Matrix3::zeros());
+        let mut state = self.apex_state(trial, &couples, start);
         let mut last: Option<Factors<N>> = None;
         for iterations in 0..MOST_ITERATIONS {
             if self.apex_converged(trial, &state) {
@@ -86,11 +129,12 @@ impl DruckerPrager {
         let deviatoric = state.flow - Matrix3::from_diagonal_element(volume_flow / 3.0);
         let shear_flow = self.equivalent_flow(&deviatoric, &state.couples);
         let beta = self.plastic.dilatancy_slope;
-        let admissible = if beta == 0.0 {
-            volume_flow >= -PLAY * shear_flow
-        } else {
-            shear_flow <= state.multiplier * (1.0 + PLAY)
-        };
+        let admissible = state.flow.norm() <= LARGEST_FLOW
+            && if beta == 0.0 {
+                volume_flow >= -PLAY * shear_flow
+            } else {
+                shear_flow <= state.multiplier * (1.0 + PLAY)
+            };
         if !admissible {
             return Err(NoSolution {
                 what: "the strain does not belong to the apex",
@@ -268,11 +312,12 @@ impl DruckerPrager {
             &(self.maps.force.apply(stretch_rate) * point.stretch.transpose() + point.force * stretch_rate.transpose()),
         );
         let apex_rate = self.plastic.hardening_modulus / self.plastic.friction_slope * chi_rate;
-        std::array::from_fn(|row| {
-            let (i, j) = A::SYMMETRIC[row];
+        let mut rates = [0.0; N];
+        for (rate, &(i, j)) in rates.iter_mut().zip(A::SYMMETRIC) {
             let mean = if i == j { apex_rate } else { 0.0 };
-            (stress_rate[(i, j)] - mean) / (2.0 * self.elastic.mu)
-        })
+            *rate = (stress_rate[(i, j)] - mean) / (2.0 * self.elastic.mu);
+        }
+        rates
     }
 
     /// Derivative of the multiplier by an independent component of `D`.
@@ -304,5 +349,73 @@ impl DruckerPrager {
         let factor = 2.0 / 3.0 * self.plastic.plastic_length.powi(2) / state.multiplier;
         let by_wryness = state.couples.flow_factor * factor;
         (-couple_flow.tr_mul(&by_wryness), by_wryness)
+    }
+}
+
+/// The stress of the apex, reached from another one in proportion to one number `t`: equations for the components of
+/// `D` and `t`.
+struct ApexPath<'a, A> {
+    law: &'a DruckerPrager,
+    trial: &'a Trial,
+    couples: Couples,
+    /// `sym tau` where the curve begins.
+    start_stress: Matrix3<f64>,
+    components: PhantomData<A>,
+}
+
+/// The symmetric tensor with these independent components.
+pub(super) fn symmetric_of<A: ActiveSet>(components: &[f64]) -> Matrix3<f64> {
+    let mut tensor = Matrix3::zeros();
+    for (&value, &(i, j)) in components.iter().zip(A::SYMMETRIC) {
+        (tensor[(i, j)], tensor[(j, i)]) = (value, value);
+    }
+    tensor
+}
+
+impl<A: ActiveSet> ApexPath<'_, A> {
+    /// The state with what is left of that stress at the apex.
+    fn state<const N: usize>(&self, x: &[f64; N]) -> Option<ApexState> {
+        let flow = symmetric_of::<A>(x);
+        let within = flow.norm() <= LARGEST_FLOW;
+        within.then(|| self.law.apex_state(self.trial, &self.couples, &flow))
+    }
+
+    /// What the target moves by with `t`, over `2 mu`.
+    fn rate_by_share(&self, state: &ApexState) -> Matrix3<f64> {
+        let double_shear = 2.0 * self.law.elastic.mu;
+        state.residual - (state.point.symmetric_stress - self.start_stress) / double_shear
+    }
+}
+
+impl<A: ActiveSet, const N: usize> Equations<N> for ApexPath<'_, A> {
+    fn residual(&self, x: &[f64; N]) -> Option<[f64; N]> {
+        let state = self.state(x)?;
+        let left = state.residual - self.rate_by_share(&state) * (1.0 - x[N - 1]);
+        let mut residual = [0.0; N];
+        for (value, &pair) in residual.iter_mut().zip(A::SYMMETRIC) {
+            *value = left[pair];
+        }
+        Some(residual)
+    }
+
+    fn derivatives(&self, x: &[f64; N]) -> Option<System<N>> {
+        let state = self.state(x)?;
+        let principal = state.exponential.principal_factor(&self.trial.stretch);
+        let by_share = self.rate_by_share(&state);
+        let mut system = System::zero();
+        for (column, &pair) in A::SYMMETRIC.iter().enumerate() {
+            let stretch_rate = -state.exponential.derivative_times(pair, &principal);
+            let chi_rate = self.law.multiplier_by_flow(&state, pair) * x[N - 1];
+            let rates: [f64; N] = self
+                .law
+                .apex_residual_rates::<A, N>(&state.point, &stretch_rate, chi_rate);
+            for (row, rate) in system.rows.iter_mut().zip(rates) {
+                row[column] = rate;
+            }
+        }
+        for (row, &pair) in system.rows.iter_mut().zip(A::SYMMETRIC) {
+            row[N - 1] = by_share[pair];
+        }
+        Some(system)
     }
 }

@@ -12,8 +12,8 @@
 //! reaches some points that the other does not, so that the second is tried where the first fails.
 
 use super::estimate::Start;
-use super::{Branch, DruckerPrager, MOST_HALVINGS, MOST_ITERATIONS, PlasticState, Returned, StressPoint, Trial};
-use super::{MicropolarModuli, MicropolarStrain, NoSolution, force_rate};
+use super::{Branch, DruckerPrager, LARGEST_FLOW, MOST_HALVINGS, MOST_ITERATIONS, PlasticState, Returned, Trial};
+use super::{MicropolarModuli, MicropolarStrain, NoSolution, StressPoint, force_rate};
 use crate::continuum::tensor::{SymmetricExponential, component};
 use crate::material::active::{ActiveSet, Pair};
 use crate::material::dense::{Factors, System};
@@ -463,6 +463,13 @@ fn moved_ratio(ratio: f64, change: f64) -> f64 {
 }
 
 fn accept_cone(trial: &Trial, state: &ConeState, iterations: usize) -> Result<Returned, NoSolution> {
+    let flow = 1.5 * state.ratio * state.point.deviator.norm();
+    if flow > LARGEST_FLOW {
+        return Err(NoSolution {
+            what: "the return to the cone ended at a flow out of bounds",
+            residual: flow,
+        });
+    }
     if state.point.shear > 0.0 && state.multiplier > 0.0 {
         Ok(Returned {
             stretch: state.point.stretch,

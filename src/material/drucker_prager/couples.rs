@@ -24,6 +24,8 @@ pub(super) struct Couples {
     pub(super) wryness: Matrix3<f64>,
     /// `(M U^T U : M)/lp^2`, the square of a stress.
     pub(super) square: f64,
+    /// Its derivative by `y`.
+    pub(super) square_rate: f64,
     /// `c M`, where `c M U^T = D_G` is the flow of the wryness.
     pub(super) flow_factor: Matrix3<f64>,
 }
@@ -56,15 +58,22 @@ impl DruckerPrager {
             what: "the local problem of the couples is singular",
             residual: f64::INFINITY,
         })?;
-        let solution = factors.solve_one(&std::array::from_fn(|row| load[A::WRYNESS[row]]));
-        let mut couple = Matrix3::zeros();
-        for (value, &pair) in solution.iter().zip(A::WRYNESS) {
-            couple[pair] = *value;
-        }
+        let solve = |right: &Matrix3<f64>| {
+            let solution = factors.solve_one(&std::array::from_fn(|row| right[A::WRYNESS[row]]));
+            let mut couple = Matrix3::zeros();
+            for (value, &pair) in solution.iter().zip(A::WRYNESS) {
+                couple[pair] = *value;
+            }
+            couple
+        };
+        let couple = solve(&load);
         let flow = couple * metric;
+        let factor_rate = -1.0 / (2.0 * self.elastic.mu * length_squared);
+        let rate = -solve(&(couple + map.apply(&flow) * factor_rate));
         Ok(Couples {
             wryness: trial.wryness - flow * factor,
             square: flow.dot(&couple) / length_squared,
+            square_rate: 2.0 * flow.dot(&rate) / length_squared,
             flow_factor: couple * factor,
         })
     }

@@ -112,9 +112,10 @@ impl ReturnMap {
                 branch: Branch::Elastic,
             });
         }
+        let past = overstress / (3.0 * self.shear);
         let slope = self.cone_slope();
         if slope <= 0.0 {
-            return refuse("the material softens faster than its stress can fall", overstress);
+            return refuse("the material softens faster than its stress can fall", past);
         }
         let multiplier = overstress / slope;
         if multiplier <= equivalent {
@@ -126,7 +127,7 @@ impl ReturnMap {
             });
         }
         if friction == 0.0 {
-            return refuse("the strength is used up", overstress);
+            return refuse("the strength is used up", past);
         }
         let volume_flow = self.volume_flow(pressure, equivalent, chi)?;
         let multiplier = self.apex_multiplier(volume_flow, equivalent);
@@ -175,7 +176,10 @@ impl ReturnMap {
         };
         match flow {
             Some(flow) => Ok(flow),
-            None => refuse("the apex softens faster than its stress can fall", excess),
+            None => refuse(
+                "the apex softens faster than its stress can fall",
+                excess / (3.0 * self.shear),
+            ),
         }
     }
 

@@ -20,6 +20,7 @@
 use super::exponential::Exponential;
 use super::tensor::{Tensor, deviatoric_unit};
 use crate::material::NoSolution;
+use crate::material::curve::{Equations, follow};
 use crate::material::dense::{Factors, System};
 use crate::material::elastic::IsotropicMap;
 use crate::material::spec::{SandstoneParameters, SandstoneYield};
@@ -31,6 +32,10 @@ const MOST_ITERATIONS: usize = 50;
 const MOST_HALVINGS: usize = 10;
 /// Most steps of the search for `y`.
 const MOST_BRACKETINGS: usize = 60;
+/// Smallest `1/(1 + 2 y)` that the curve is followed to.
+const SMALLEST_SHARE: f64 = 1e-5;
+/// Bisections of the piece of the curve where `f` vanishes, before the iteration takes over.
+const CROSSING_BISECTIONS: usize = 8;
 
 /// The law in units of the shear modulus.
 #[derive(Clone, Copy, Debug)]
@@ -569,10 +574,64 @@ impl FlowRule {
         }
         // From next to a double root, or to one of rounding.
         self.iterate::<T, N>(plastic, trial, &low, corrections)
+            .or_else(|failure| match self.crossing::<T, N>(plastic, trial) {
+                Some(start) => self.iterate::<T, N>(plastic, trial, &start, corrections),
+                None => Err(failure),
+            })
             .map_err(|_| NoSolution {
-                what: "the tension is beyond the apex of the yield surface, more than dilatancy can relieve",
+                what: if self.lowest_excess(plastic, trial) > 0.0 {
+                    "the tension is beyond the apex of the yield surface, more than dilatancy can relieve"
+                } else {
+                    "the search for a return to the yield surface ended without one"
+                },
                 residual: lowest,
             })
+    }
+
+    /// Lower bound of `f/G` over all flow: no shear stress, all hardening and the largest dilatancy there is.
+    fn lowest_excess<T: Tensor>(&self, plastic: &Plastic, trial: &Trial<T>) -> f64 {
+        let parameters = &plastic.parameters;
+        let rate = parameters.dilation_rate;
+        // dl exp(-hd (chi + dl)) is largest at dl = 1/hd; without a rate it has no bound.
+        let growth = if rate > 0.0 {
+            parameters.dilatancy_slope * (-rate * trial.chi - 1.0).exp() / rate
+        } else if parameters.dilatancy_slope > 0.0 {
+            return f64::NEG_INFINITY;
+        } else {
+            0.0
+        };
+        let pressure = self.pressure(trial.volume * (-growth).exp());
+        let sheared = parameters.friction_slope * pressure - plastic.strength - plastic.hardening;
+        plastic.rounding_squared.sqrt() + sheared
+    }
+
+    /// Close to where `f` vanishes for the first time on the curve `R = 0`, which may turn back in `y` where skew stresses
+    /// are large.
+    fn crossing<T: Tensor, const N: usize>(&self, plastic: &Plastic, trial: &Trial<T>) -> Option<(T, f64)> {
+        let path = FlowPath {
+            rule: self,
+            plastic,
+            trial,
+        };
+        let elastic = self.mandel(&trial.isochoric);
+        let mut start = [1.0; N];
+        for (value, &pair) in start.iter_mut().zip(T::DEVIATOR) {
+            *value = elastic.at(pair);
+        }
+        let beyond = |x: &[f64; N]| path.state(x).is_none_or(|state| state.excess <= 0.0);
+        let segment = follow(&path, start, -1.0, |x| x[N - 1] <= SMALLEST_SHARE || beyond(x))?;
+        path.state(&segment.end).filter(|state| state.excess <= 0.0)?;
+        let (mut low, mut high) = (0.0, segment.length);
+        for _ in 0..CROSSING_BISECTIONS {
+            let middle = 0.5 * (low + high);
+            *(if beyond(&segment.at(middle)?) {
+                &mut high
+            } else {
+                &mut low
+            }) = middle;
+        }
+        path.state(&segment.at(high)?)
+            .map(|state| (state.point.deviator, state.flow.ratio))
     }
 
     /// Solves `R = 0` at fixed `y` from a guess of `S`; with the derivative of `f` by `y` along these solutions.
@@ -609,6 +668,43 @@ impl FlowRule {
             state = (0..MOST_HALVINGS as i32).find_map(|n| closer(0.5f64.powi(n)))?;
         }
         None
+    }
+}
+
+/// `R = 0` as equations for the components of `S` and `1/(1 + 2 y)`, which is one without flow and falls to zero.
+struct FlowPath<'a, T> {
+    rule: &'a FlowRule,
+    plastic: &'a Plastic,
+    trial: &'a Trial<T>,
+}
+
+impl<T: Tensor> FlowPath<'_, T> {
+    fn state<const N: usize>(&self, x: &[f64; N]) -> Option<Iterate<T>> {
+        let mut deviator = T::identity() * 0.0;
+        for (&value, &pair) in x.iter().zip(T::DEVIATOR) {
+            deviator = deviator + deviatoric_unit::<T>(pair) * value;
+        }
+        let ratio = 0.5 * (1.0 / x[N - 1] - 1.0);
+        self.rule.at(self.plastic, self.trial, &deviator, ratio)
+    }
+}
+
+impl<T: Tensor, const N: usize> Equations<N> for FlowPath<'_, T> {
+    fn residual(&self, x: &[f64; N]) -> Option<[f64; N]> {
+        let state = self.state(x)?;
+        let mut residual = [0.0; N];
+        for (value, &pair) in residual.iter_mut().zip(T::DEVIATOR) {
+            *value = state.residual.at(pair);
+        }
+        Some(residual)
+    }
+
+    fn derivatives(&self, x: &[f64; N]) -> Option<System<N>> {
+        let state = self.state(x)?;
+        let mut system = self.rule.system_of::<T, N>(self.plastic, self.trial, &state);
+        let ratio_rate = -0.5 / x[N - 1].powi(2);
+        system.rows.iter_mut().for_each(|row| row[N - 1] *= ratio_rate);
+        Some(system)
     }
 }
 

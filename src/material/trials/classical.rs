@@ -113,17 +113,10 @@ fn kirchhoff(elastic: &ElasticModuli, strain: &Matrix3<f64>) -> Matrix3<f64> {
     Matrix3::from_diagonal_element(elastic.lambda * strain.trace()) + strain * (2.0 * elastic.mu)
 }
 
-fn near(what: &str, value: f64, scale: f64) -> Result<(), String> {
-    if value.abs() <= 1e-7 * scale {
-        Ok(())
-    } else {
-        Err(format!("{what}: {value:e} of {scale:e}"))
-    }
-}
-
 /// Checks stress, yield function and flow rule from strain and state alone; the branch by name.
 fn verify(trial: &Trial, stress: &ClassicalStress, new: &[f64]) -> Result<&'static str, String> {
     let Trial { elastic, plastic, .. } = trial;
+    let near = |what, value, scale| near(what, value, scale, 1e-7);
     let (before, after) = (MetricState::unpack(&trial.old), MetricState::unpack(new));
     let f = trial.strain.deformation_gradient;
     let logarithm = |state: &MetricState| half_logarithm(&(f * state.inverse_plastic_metric * f.transpose()));
