@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Holds the modules of src to the table of what each may use, and "unsafe" to src/petsc.
+# Holds the modules of src to the table of what each may use, and "unsafe" to src/petsc and src/study/tether.rs.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -27,9 +27,9 @@ report:     config file
 verification: continuum material points parallel
 scene:      continuum grid material points condition solve verification
 config:     console file scene grid material points condition solve verification problem
-study:      config console error file output points problem report scene version
-app:        assembly clock condition config console continuum error grid interrupt material memory output parallel petsc points problem report scene solve verification version
-main:       app clock config console error parallel scene study
+study:      config console error file interrupt output points problem report scene version
+app:        assembly clock condition config console continuum error file grid interrupt material memory output parallel petsc points problem report scene solve verification version
+main:       app clock config console error interrupt parallel scene study
 lib:
 "
 failed=0
@@ -52,7 +52,7 @@ for path in src/*; do
     done < <(grep -rhoE --exclude=tests.rs '\b(crate|mpm_petsc)::[a-z_]+' "$path" | sed 's/.*:://' | sort -u)
 done
 
-if grep -rnE '\bunsafe\b *(\{|fn|impl|extern)' src --include='*.rs' | grep -v '^src/petsc/'; then
-    complain "unsafe code belongs in src/petsc"
+if grep -rnE '\bunsafe\b *(\{|fn|impl|extern)' src --include='*.rs' | grep -vE '^src/(petsc/|study/tether\.rs:)'; then
+    complain "unsafe code belongs in src/petsc, but for what ties processes together"
 fi
 exit "$failed"

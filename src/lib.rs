@@ -9,7 +9,7 @@
 //! 5. [`points`]: the body, arrays of what material points carry; seeding, search, migration.
 //! 6. [`condition`]: prescribed increments, weak conditions on points, dead loads and follower pressure.
 //! 7. [`assembly`]: points and grid become residual and tangent; the only hot loop.
-//! 8. [`petsc`]: matrix, vectors, Newton's method and partitioning, made safe; the only module with `unsafe` code.
+//! 8. [`petsc`]: matrix, vectors, Newton's method and partitioning, made safe; nearly all `unsafe` code.
 //! 9. [`solve`]: a load step, attempted, accepted or cut; equal steps, or steps that follow the iterations.
 //! 10. [`output`]: the files and lines that a run leaves behind, checkpoints among them.
 //! 11. [`verification`]: problems with a known solution, and how far a run is from it.

@@ -3,10 +3,12 @@
 mod common;
 
 use common::folder::Folder;
-use common::launch::{Launch, Run};
+use common::launch::{Launch, Run, Started};
 use common::results::Table;
+use rustix::process::Signal;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::time::{Duration, Instant};
 
 /// A block of 2 x 2 elastic cells that is sheared: a run of a moment.
 const BLOCK: &str = "
@@ -164,6 +166,15 @@ const WRONG: &[(&str, usize, &[&str])] = &[
         1,
         &["none.yaml: there is no such file"],
     ),
+    (
+        "slurm: {time: \"01:00:00\\ntouch here\", options: [\"--account=a\\ntouch there\", account]}",
+        3,
+        &[
+            "slurm.time: \"01:00:00\\ntouch here\" is no time limit of Slurm",
+            "slurm.options[0]: ",
+            "slurm.options[1]: \"account\" is no option of sbatch",
+        ],
+    ),
 ];
 
 #[test]
@@ -177,6 +188,19 @@ fn wrong_studies_are_refused_with_place_and_hint() {
         assert_eq!(run.stderr.matches("error: ").count(), *count, "{text}\n{}", run.stderr);
         assert!(!case.path("out").exists(), "nothing is written");
     }
+}
+
+/// No file system takes them; told before the first run is started.
+#[test]
+fn labels_that_are_too_long_are_refused_at_once() {
+    let label = "x".repeat(400);
+    let case = Case::new(&format!(
+        "vary:\n  - {{name: a, variants: [{{label: {label}}}, {{label: {label}y}}]}}"
+    ));
+    let run = case.run(&[]).expect_code(2);
+    assert_eq!(run.complaints("error: ").len(), 1, "{}", run.stderr);
+    assert_eq!(run.complaints("a name of 402 letters").len(), 1, "{}", run.stderr);
+    assert!(!case.path("out").exists());
 }
 
 #[test]
@@ -305,15 +329,215 @@ fn runs_on_several_ranks_are_started_with_mpirun_and_scaling_is_charted() {
 }
 
 #[test]
-fn a_study_on_several_ranks_is_refused() {
+fn a_study_on_several_ranks_is_refused_once() {
     let case = Case::new("");
     let (file, output) = (case.path("study.yaml"), case.path("out"));
-    let run = Launch::arguments(&["study", &file.to_string_lossy(), "--output", &output.to_string_lossy()])
-        .ranks(2)
-        .run();
-    assert_ne!(run.code(), Some(0));
-    assert!(run.stderr.contains("a study was started on 2 ranks"), "{}", run.stderr);
-    assert!(!output.exists());
+    for ranks in [2, 3] {
+        let run = Launch::arguments(&["study", &file.to_string_lossy(), "--output", &output.to_string_lossy()])
+            .ranks(ranks)
+            .run()
+            .expect_code(2);
+        let message = format!("error: a study was started on {ranks} ranks");
+        assert_eq!(run.complaints(&message).len(), 1, "{}", run.stderr);
+        assert!(!output.exists());
+    }
+}
+
+/// Runs that take some seconds each, with a checkpoint after every step.
+const LONG: &str = "
+set: {stages.0.steps: 4000, output.checkpoint.every: 1, output.snapshots.every: 1000}
+vary: [{name: basis, key: grid.basis, values: [linear, gimp]}]
+";
+
+impl Case {
+    /// Starts the study with two runs at a time, and waits until both have some rows.
+    fn under_way(&self) -> Started {
+        let (file, output) = (self.path("study.yaml"), self.path("out"));
+        let words = ["study", &file.to_string_lossy(), "--jobs", "2", "--output"];
+        let started = Launch::arguments(&words).with(&[&output.to_string_lossy()]).start();
+        let begin = Instant::now();
+        while self.rows().iter().any(|rows| *rows < 5) {
+            assert!(begin.elapsed() < Duration::from_secs(60), "the runs do not get on");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        started
+    }
+
+    fn rows(&self) -> [usize; 2] {
+        ["linear", "gimp"].map(|basis| {
+            let path = self.path(&format!("out/runs/basis-{basis}/history.csv"));
+            std::fs::read_to_string(path).map_or(0, |text| text.lines().count())
+        })
+    }
+
+    /// The study with few steps, which the runs may have passed.
+    fn listed(&self) -> String {
+        self.run(&["--dry-run"]).completed().stdout
+    }
+}
+
+/// A study that is asked to stop asks its runs, waits for them, and goes on from their checkpoints.
+#[test]
+fn a_study_that_is_stopped_stops_its_runs_and_goes_on_later() {
+    for signal in [Signal::TERM, Signal::INT] {
+        let case = Case::new(LONG);
+        let started = case.under_way();
+        started.signal(signal);
+        let run = started.wait().expect_code(4);
+        let message = "error: stopped by a signal with 0 of 2 runs done; the same command goes on";
+        assert_eq!(run.complaints(message).len(), 1, "{}", run.stderr);
+        let rows = case.rows();
+        let listed = case.listed();
+        assert_eq!(listed.matches("--restart").count(), 2, "{listed}");
+        std::thread::sleep(Duration::from_millis(300));
+        assert_eq!(case.rows(), rows, "a run goes on");
+        for basis in ["linear", "gimp"] {
+            let summary = std::fs::read_to_string(case.path(&format!("out/runs/basis-{basis}/summary.json"))).unwrap();
+            assert!(summary.contains("\"interrupted\""), "{summary}");
+        }
+    }
+}
+
+/// Not even a study that is killed leaves runs behind, and until they are gone nobody writes their folders.
+#[test]
+fn a_study_that_is_killed_takes_its_runs_along() {
+    let case = Case::new(LONG);
+    let started = case.under_way();
+    started.signal(Signal::KILL);
+    started.wait();
+    let begin = Instant::now();
+    let lock = || std::fs::File::open(case.path("out/study.lock")).unwrap();
+    while lock().try_lock().is_err() {
+        assert!(begin.elapsed() < Duration::from_secs(20), "the runs do not end");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let rows = case.rows();
+    assert!(rows.iter().all(|rows| *rows < 4001), "{rows:?}");
+    std::thread::sleep(Duration::from_millis(300));
+    assert_eq!(case.rows(), rows, "a run goes on");
+    assert_eq!(case.listed().matches("--restart").count(), 2);
+}
+
+/// On several ranks the study knows `mpirun` alone.
+#[test]
+fn ranks_end_with_their_study() {
+    let case = Case::new("set: {stages.0.steps: 4000, output.checkpoint.every: 1}\nranks: [2]");
+    let (file, output) = (case.path("study.yaml"), case.path("out"));
+    let words = ["study", &file.to_string_lossy(), "--output", &output.to_string_lossy()];
+    let started = Launch::arguments(&words).start();
+    let history = case.path("out/runs/ranks-2/history.csv");
+    let rows = || std::fs::read_to_string(&history).map_or(0, |text| text.lines().count());
+    let begin = Instant::now();
+    while rows() < 5 {
+        assert!(begin.elapsed() < Duration::from_secs(60), "the run does not get on");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    started.signal(Signal::TERM);
+    started.wait().expect_code(4);
+    let before = rows();
+    std::thread::sleep(Duration::from_millis(300));
+    assert_eq!(rows(), before, "a rank goes on");
+    // Cut short, the run goes on from its checkpoint and completes.
+    let folder = case.path("out/runs/ranks-2");
+    let last = Launch::arguments(&[&case.path("block.yaml").to_string_lossy(), "--restart"])
+        .with(&["--output", &folder.to_string_lossy()])
+        .set(&[
+            "output.report=false",
+            "stages.0.steps=4000",
+            "output.checkpoint.every=1",
+        ])
+        .start();
+    std::thread::sleep(Duration::from_millis(1500));
+    last.signal(Signal::USR1);
+    let last = last.wait();
+    assert!(last.stdout.contains("goes on after step "), "{}", last.stdout);
+}
+
+/// What a run left is believed only where its own process ended well, and only if the files agree.
+#[test]
+fn a_failed_run_is_never_listed_as_completed() {
+    let case = Case::new("measure: [{name: force, last: base}]");
+    case.run(&[]).completed();
+    assert!(case.listed().contains("1 runs, 0 to do"));
+    let history = case.path("out/runs/scene/history.csv");
+    let text = std::fs::read_to_string(&history).unwrap();
+    let cut: Vec<&str> = text.lines().take(2).collect();
+    std::fs::write(&history, cut.join("\n") + "\n").unwrap();
+    let run = case.run(&["--collect"]).expect_code(3);
+    assert!(run.stderr.contains("1 of 1 runs did not complete"), "{}", run.stderr);
+    assert_eq!(case.table().text("status"), ["failed"]);
+    assert_eq!(case.table().text("force"), [""]);
+    std::fs::write(&history, text).unwrap();
+    assert!(case.listed().contains("1 runs, 0 to do"));
+    std::fs::write(
+        case.path("out/runs/scene/failure.json"),
+        "{\"exit_code\": 1, \"message\": \"cannot write checkpoint.h5\"}",
+    )
+    .unwrap();
+    case.run(&["--collect"]).expect_code(3);
+    assert_eq!(case.table().text("status"), ["failed"]);
+    assert_eq!(case.table().text("exit_code"), ["1"]);
+    // With --overwrite it begins again, and its failure is forgotten.
+    case.run(&["--overwrite"]).completed();
+    assert_eq!(case.table().text("status"), ["completed"]);
+}
+
+#[test]
+fn a_folder_of_another_study_is_left_alone() {
+    let case = Case::new("");
+    case.run(&[]).completed();
+    let table = std::fs::read(case.path("out/study.csv")).unwrap();
+    let other = case
+        .folder
+        .write("other.yaml", "scene: block.yaml\nset: {stages.0.steps: 3}");
+    for option in ["--jobs=1", "--collect", "--slurm"] {
+        let run = study(&other, &case.path("out"), &[option]).expect_code(2);
+        for piece in ["holds the study ", "study.yaml", "--overwrite", "--output"] {
+            assert_eq!(run.complaints(piece).len(), 1, "{piece}: {}", run.stderr);
+        }
+        assert_eq!(std::fs::read(case.path("out/study.csv")).unwrap(), table);
+    }
+    let run = study(&other, &case.path("out"), &["--overwrite"]).completed();
+    assert!(run.stdout.contains("1 runs, 1 to do"), "{}", run.stdout);
+    // A study that was moved is the same one.
+    let moved = std::fs::read_to_string(&other).unwrap();
+    let moved = case.folder.write("moved.yaml", &moved);
+    study(&moved, &case.path("out"), &[]).completed();
+}
+
+#[test]
+fn a_second_study_in_a_folder_is_refused() {
+    let case = Case::new("");
+    std::fs::create_dir_all(case.path("out")).unwrap();
+    let lock = std::fs::File::create(case.path("out/study.lock")).unwrap();
+    lock.try_lock().unwrap();
+    let run = case.run(&[]).expect_code(1);
+    assert_eq!(
+        run.complaints("another study writes this folder").len(),
+        1,
+        "{}",
+        run.stderr
+    );
+    assert!(!case.path("out/runs").exists());
+}
+
+/// What stands in a batch script is read by Slurm and by a shell.
+#[test]
+fn names_in_a_batch_script_are_names() {
+    let case = Case::new("");
+    let folder = case.path("a folder #1 with 50%j");
+    study(&case.path("study.yaml"), &folder, &["--slurm"]).completed();
+    let text = std::fs::read_to_string(folder.join("study.slurm")).unwrap();
+    let shown = folder.to_string_lossy().replace('%', "%%");
+    let line = format!("#SBATCH --output=\"{shown}/slurm_%a.txt\"");
+    assert!(text.lines().any(|own| own == line), "{text}");
+    let task = Command::new("bash")
+        .arg(folder.join("study.slurm"))
+        .env("SLURM_ARRAY_TASK_ID", "1")
+        .output()
+        .unwrap();
+    assert!(task.status.success(), "{task:?}");
+    assert!(folder.join("runs/scene/summary.json").exists());
 }
 
 /// Rates from 4 to 8 cells, against those of the errors of an independent implementation.

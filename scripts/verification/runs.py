@@ -52,7 +52,8 @@ def run_scene(program, scene, ranks):
     scene_as_run(scene).unlink(missing_ok=True)
     path = path_of(scene)
     launcher = ["mpirun", "--quiet", "-n", str(ranks)] if ranks > 1 else []
-    command = [*launcher, str(program), str(path), "--output", str(folder_of(scene)), "--quiet", *options_of(scene)]
+    command = [*launcher, str(program), str(path), "--output", str(folder_of(scene)), "--overwrite", "--quiet"]
+    command += options_of(scene)
     print(f"{scene} on {ranks} rank{'s' if ranks > 1 else ''}", flush=True)
     code = subprocess.run(command, cwd=ROOT, stdin=subprocess.DEVNULL).returncode
     if code not in WITH_RESULTS:

@@ -1,10 +1,10 @@
 //! The model of a scene: points, laws, conditions; and what only shows once points and grid meet.
 
-use super::Laws;
 use super::advice::{advice, estimates};
 use super::columns::Column;
 use super::inspect::{Inspection, inspect};
 use super::need;
+use super::{Laws, Process};
 use crate::assembly::Sink;
 use crate::assembly::kernel::Workspace;
 use crate::assembly::model::{Model, Survey};
@@ -56,9 +56,11 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
     world: &World,
     scene: &Scene,
     source: &Source,
+    process: &Process,
 ) -> Result<Built<C, D, N>, Error> {
     let (mut model, points_per_body, scarce) = unloaded(world, scene, source)?;
     let mut warnings: Vec<String> = scarce.into_iter().collect();
+    process.go_on(world)?;
     let mut problems = empty_bodies(source, &points_per_body);
     let columns = select(world, scene, source, &mut model, &mut problems);
     if let Some(manufactured) = &scene.manufactured {
@@ -74,6 +76,7 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
             return Err(Error::Configuration(problems));
         }
     };
+    process.go_on(world)?;
     let (active_cells, nodes, own_nodes) = (survey.active_cells, survey.nodes.total(), survey.nodes.own().to_vec());
     warnings.extend(check_boundaries(
         world,

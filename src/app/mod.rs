@@ -3,9 +3,11 @@
 mod advice;
 mod build;
 mod checkpoint;
+mod claim;
 mod columns;
 mod cost;
 mod facts;
+mod files;
 mod inspect;
 mod need;
 mod point;
@@ -35,6 +37,8 @@ use crate::solve::settings::PartitionerKind;
 use crate::solve::state::AnalysisState;
 use crate::solve::step::Analysis;
 use build::{Built, build};
+use claim::Claim;
+pub use claim::Intent;
 pub use point::point;
 use recorder::Recorder;
 use std::path::Path;
@@ -44,12 +48,36 @@ pub use templates::{TEMPLATES, init};
 /// What to do with a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Task {
-    Run {
-        quiet: bool,
-        /// Whether to go on from the checkpoint in the result folder.
-        restart: bool,
-    },
+    Run { quiet: bool, intent: Intent },
     Check,
+}
+
+/// What a process has from its start.
+pub struct Process {
+    pub clock: Rc<Clock>,
+    pub interrupt: Interrupt,
+}
+
+impl Process {
+    /// Collective. Ends a run that was asked to stop before it began.
+    ///
+    /// # Errors
+    /// It was.
+    fn go_on(&self, world: &World) -> Result<(), Error> {
+        if world.any(self.interrupt.requested()) {
+            let message = "stopped by a signal before the first step; the result folder is as it was";
+            return Err(Error::Interrupted(message.to_owned()));
+        }
+        Ok(())
+    }
+}
+
+/// A scene and those who work on it.
+struct Job<'a> {
+    world: &'a World,
+    scene: &'a Scene,
+    source: &'a Source,
+    process: &'a Process,
 }
 
 /// A continuum with laws: what makes a law of its parameters.
@@ -79,25 +107,22 @@ impl Laws for GradientMicropolar {
 ///
 /// # Errors
 /// What is wrong with the scene once it meets the grid, and what ends an analysis early.
-pub fn execute(world: &World, scene: &Scene, source: &Source, task: Task, clock: &Rc<Clock>) -> Result<(), Error> {
+pub fn execute(world: &World, scene: &Scene, source: &Source, task: Task, process: &Process) -> Result<(), Error> {
+    let job = Job {
+        world,
+        scene,
+        source,
+        process,
+    };
+    process.go_on(world)?;
     match (scene.kinematics, scene.continuum) {
-        (Kinematics::PlaneStrain, ContinuumKind::Classical) => {
-            perform::<Classical, 2, 2>(world, scene, source, task, clock)
-        }
-        (Kinematics::ThreeDimensional, ContinuumKind::Classical) => {
-            perform::<Classical, 3, 3>(world, scene, source, task, clock)
-        }
-        (Kinematics::PlaneStrain, ContinuumKind::Micropolar) => {
-            perform::<Micropolar, 2, 3>(world, scene, source, task, clock)
-        }
-        (Kinematics::ThreeDimensional, ContinuumKind::Micropolar) => {
-            perform::<Micropolar, 3, 6>(world, scene, source, task, clock)
-        }
-        (Kinematics::PlaneStrain, ContinuumKind::GradientMicropolar) => {
-            perform::<GradientMicropolar, 2, 4>(world, scene, source, task, clock)
-        }
+        (Kinematics::PlaneStrain, ContinuumKind::Classical) => perform::<Classical, 2, 2>(&job, task),
+        (Kinematics::ThreeDimensional, ContinuumKind::Classical) => perform::<Classical, 3, 3>(&job, task),
+        (Kinematics::PlaneStrain, ContinuumKind::Micropolar) => perform::<Micropolar, 2, 3>(&job, task),
+        (Kinematics::ThreeDimensional, ContinuumKind::Micropolar) => perform::<Micropolar, 3, 6>(&job, task),
+        (Kinematics::PlaneStrain, ContinuumKind::GradientMicropolar) => perform::<GradientMicropolar, 2, 4>(&job, task),
         (Kinematics::ThreeDimensional, ContinuumKind::GradientMicropolar) => {
-            perform::<GradientMicropolar, 3, 7>(world, scene, source, task, clock)
+            perform::<GradientMicropolar, 3, 7>(&job, task)
         }
     }
 }
@@ -176,35 +201,40 @@ fn decode_input(text: &str) -> Result<Input, Error> {
     input.map_err(Error::Configuration)
 }
 
-fn perform<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
-    world: &World,
-    scene: &Scene,
-    source: &Source,
-    task: Task,
-    clock: &Rc<Clock>,
-) -> Result<(), Error> {
+fn perform<C: Fields<D, N> + Laws, const D: usize, const N: usize>(job: &Job<'_>, task: Task) -> Result<(), Error> {
+    let (world, scene) = (job.world, job.scene);
     // Before anything that takes time.
     Session::check_options(world, &scene.solver.petsc_options)?;
-    let built = build::<C, D, N>(world, scene, source)?;
     match task {
-        Task::Check => print(world, || Ok(built.describe(scene)))?,
-        Task::Run { quiet, restart } => run(world, scene, source, built, quiet, restart, clock)?,
+        Task::Check => {
+            let built = build::<C, D, N>(world, scene, job.source, job.process)?;
+            print(world, || Ok(built.describe(scene)))
+        }
+        Task::Run { quiet, intent } => {
+            // Before the work of building, and until the last file is written.
+            let claim = Claim::take(world, &scene.output, intent)?;
+            let built = build::<C, D, N>(world, scene, job.source, job.process)?;
+            run(job, built, quiet, intent, &claim)
+        }
     }
-    Ok(())
 }
 
 fn run<C: Fields<D, N>, const D: usize, const N: usize>(
-    world: &World,
-    scene: &Scene,
-    source: &Source,
+    job: &Job<'_>,
     mut built: Built<C, D, N>,
     quiet: bool,
-    restart: bool,
-    clock: &Rc<Clock>,
+    intent: Intent,
+    claim: &Claim,
 ) -> Result<(), Error> {
-    let interrupt = Interrupt::catch().map_err(|error| Error::System(format!("cannot catch signals: {error}")))?;
+    let Job {
+        world,
+        scene,
+        source,
+        process,
+    } = *job;
+    let clock = &process.clock;
     built.model.start_histories();
-    let saved = if restart {
+    let saved = if intent == Intent::Restart {
         Some(checkpoint::load(world, scene, source, &mut built)?)
     } else {
         None
@@ -219,6 +249,8 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
         })?;
     let mut progress = Progress::on_stdout(world.is_root() && !quiet, clock.elapsed());
     facts::print_header(&mut progress, world, scene, &built, &session);
+    claim.notes.iter().for_each(|note| progress.message(note));
+    process.go_on(world)?;
     let line = progress.line();
     let points = built.points;
     let mut recorder = Recorder::create(world, scene, built.columns, points, saved.as_ref(), progress, clock)?;
@@ -237,7 +269,7 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
         settings,
         partitioner,
         state,
-        &interrupt,
+        &process.interrupt,
         clock,
     );
     if let Some(line) = line {
@@ -260,7 +292,23 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
     };
     let finished = recorder.finish(&analysis.model);
     let outcome = outcome.and(finished);
-    let mut warnings = built.warnings;
+    // What failed first is told, whatever fails after it.
+    let concluded = conclude(job, &session, &analysis, &outcome, built.warnings, &mut recorder);
+    outcome.and(concluded)
+}
+
+/// Collective. Tells how a run ended: to the user, in `summary.json` and in the report.
+fn conclude<C: Fields<D, N>, const D: usize, const N: usize>(
+    job: &Job<'_>,
+    session: &Session,
+    analysis: &Analysis<C, D, N>,
+    outcome: &Result<(), Error>,
+    mut warnings: Vec<String>,
+    recorder: &mut Recorder<'_>,
+) -> Result<(), Error> {
+    let Job {
+        world, scene, process, ..
+    } = *job;
     for option in session.unused_options()? {
         let warning = format!("PETSc did not use the option {option}");
         recorder.message(&format!("warning: {warning}"));
@@ -270,10 +318,11 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
         recorder.message(&format!("warning: {warning}"));
         warnings.push(warning);
     }
-    let spent = recorder.spent_before();
-    let mut summary = facts::summarise(world, &session, scene, points, &analysis, &outcome, &spent, clock)?;
-    if let (Some(manufactured), Ok(())) = (&scene.manufactured, &outcome) {
-        summary.errors = facts::manufactured_errors(world, manufactured, &analysis);
+    let (spent, clock) = (recorder.spent_before(), &process.clock);
+    let points = recorder.points();
+    let mut summary = facts::summarise(world, session, scene, points, analysis, outcome, &spent, clock)?;
+    if let (Some(manufactured), Ok(())) = (&scene.manufactured, outcome) {
+        summary.errors = facts::manufactured_errors(world, manufactured, analysis);
         for (name, value) in &summary.errors {
             recorder.message(&format!("{name} {value:.6e}"));
         }
@@ -283,12 +332,17 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
     let mut page = None;
     if scene.output.report {
         page = recorder.report();
-        // The report is drawn from a summary that is complete but for the time that drawing takes.
-        facts::take_times(world, &session, &mut summary, &spent, clock)?;
-        recorder.summary(&summary)?;
+        // The report is drawn from a summary that is complete but for the time that drawing takes. A disk that the
+        // report filled leaves that one.
+        facts::take_times(world, session, &mut summary, &spent, clock)?;
+        if let Err(error) = recorder.summary(&summary) {
+            recorder.message(&format!(
+                "warning: the time of the report is missing in the summary: {error}"
+            ));
+        }
     }
     recorder.ending(&summary, page.as_deref());
-    outcome
+    Ok(())
 }
 
 fn partitioner(kind: PartitionerKind) -> Partitioner {

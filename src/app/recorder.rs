@@ -2,25 +2,26 @@
 
 use super::checkpoint::{self, RunState, Spent};
 use super::columns::Column;
+use super::files::{Files, RootFiles};
 use super::snapshot;
 use crate::assembly::model::Model;
 use crate::clock::{Clock, Phase};
 use crate::condition::Time;
 use crate::continuum::Fields;
 use crate::error::Error;
-use crate::output::convergence::{Convergence, IterationRecord};
-use crate::output::folder::{ResultFolder, aside};
-use crate::output::history::{History, HistoryStep};
+use crate::output::convergence::IterationRecord;
+use crate::output::history::HistoryStep;
 use crate::output::progress::{Ending, Progress, StepLine};
 use crate::output::summary::Summary;
 use crate::output::vtkhdf::Snapshots;
-use crate::output::{PointFields, agree, process};
+use crate::output::{Extent, PointFields, agree, process};
 use crate::parallel::World;
 use crate::scene::Scene;
 use crate::solve::settings::Stage;
 use crate::solve::state::AnalysisState;
 use crate::solve::step::{Accepted, Attempt, Observer};
 use serde::{Deserialize, Serialize};
+use std::panic::AssertUnwindSafe;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::Duration;
@@ -30,13 +31,6 @@ const CHECKPOINT_SPACING: u32 = 50;
 
 /// What the first checkpoint is expected to take: it is written after ten seconds.
 const EXPECTED_CHECKPOINT: Duration = Duration::from_millis(200);
-
-/// Files that the root writes.
-struct RootFiles {
-    folder: ResultFolder,
-    history: History,
-    convergence: Convergence,
-}
 
 /// Writer of all results of one run.
 pub struct Recorder<'a> {
@@ -66,9 +60,9 @@ pub struct Recorder<'a> {
 /// depends on belongs here, since this is what a checkpoint keeps of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FilesState {
-    /// Lengths of `history.csv` and `convergence.csv` [byte]; only the root knows.
-    history: u64,
-    convergence: u64,
+    /// What `history.csv` and `convergence.csv` hold; only the root knows.
+    history: Extent,
+    convergence: Extent,
     /// Number of snapshots.
     snapshots: usize,
     /// Full steps done, by which snapshots and checkpoints are counted.
@@ -76,6 +70,20 @@ pub struct FilesState {
     /// Time of the state, stages done plus the share of the current one, and whether a snapshot shows it.
     time: f64,
     shown: bool,
+}
+
+impl FilesState {
+    pub fn history(&self) -> Extent {
+        self.history
+    }
+
+    pub fn convergence(&self) -> Extent {
+        self.convergence
+    }
+
+    pub fn snapshots(&self) -> usize {
+        self.snapshots
+    }
 }
 
 impl<'a> Recorder<'a> {
@@ -90,44 +98,44 @@ impl<'a> Recorder<'a> {
         clock: &Rc<Clock>,
     ) -> Result<Self, Error> {
         let _writing = clock.enter(Phase::Output);
-        let directory = scene.output.directory.clone();
-        let files = if world.is_root() {
-            Some(open_files(scene, &columns, saved))
-        } else {
-            None
-        };
-        let files = agree(world, files.transpose().map_err(|error| error.to_string()))?;
-        let path = directory.join("points.vtkhdf");
-        let (snapshots, gap) = match saved {
-            Some(saved) => Snapshots::resume(world, path, saved.files.snapshots, total_points)?,
-            None => (Snapshots::new(aside(&path)), None),
+        let names: Vec<String> = columns
+            .iter()
+            .flat_map(|column| column.entry.column_names(scene.kinematics))
+            .collect();
+        let files = match saved {
+            Some(saved) => Files::go_on(world, scene, &names, &saved.files, total_points)?,
+            None => Files::begin(world, scene, &names)?,
         };
         let mut state = saved.map_or_else(FilesState::default, |saved| saved.files);
-        state.shown &= gap.is_none();
+        state.shown &= files.has_all_snapshots;
         let mut recorder = Self {
             world: world.clone(),
             scene,
             columns,
             total_points,
             clock: clock.clone(),
-            snapshots,
-            directory,
-            files,
+            snapshots: files.snapshots,
+            directory: scene.output.directory.clone(),
+            files: files.root,
             progress,
             attempts: 0,
             state,
             checkpoint_times: (clock.elapsed(), EXPECTED_CHECKPOINT),
-            saved: saved.map(|saved| saved.analysis.counts.steps),
+            // A table that begins here is not the one of the checkpoint.
+            saved: saved
+                .filter(|_| files.has_all_rows)
+                .map(|saved| saved.analysis.counts.steps),
             spent_before: saved.map_or_else(Spent::default, |saved| saved.spent),
             begun: saved.map_or(0.0, |saved| {
                 done(scene, saved.analysis.stage, saved.analysis.steps.share())
             }),
         };
-        recorder.tell_of_restart(saved, gap.as_deref());
+        recorder.note_extents();
+        recorder.tell_of_restart(saved, &files.gaps);
         Ok(recorder)
     }
 
-    fn tell_of_restart(&mut self, saved: Option<&RunState>, gap: Option<&str>) {
+    fn tell_of_restart(&mut self, saved: Option<&RunState>, gaps: &[String]) {
         let Some(saved) = saved else { return };
         let (step, stage) = (
             saved.analysis.counts.steps,
@@ -140,12 +148,7 @@ impl<'a> Recorder<'a> {
                 "warning: the checkpoint was written by version {program} ({commit}) of the program, not by this one"
             ));
         }
-        if let Some(reason) = gap {
-            self.message(&format!(
-                "warning: {reason}; a new series of snapshots begins here, and what is left of the old one is \
-                 points.damaged.vtkhdf"
-            ));
-        }
+        gaps.iter().for_each(|gap| self.message(&format!("warning: {gap}")));
     }
 
     /// What earlier parts of the run used.
@@ -183,7 +186,8 @@ impl<'a> Recorder<'a> {
         };
         self.row(model, time, &reactions, &step)?;
         self.snapshot(model)?;
-        self.note_lengths()
+        self.note_extents();
+        Ok(())
     }
 
     /// Collective. Gives the files their names.
@@ -236,15 +240,11 @@ impl<'a> Recorder<'a> {
         Ok(())
     }
 
-    /// Collective. Notes how long the tables are with the last accepted state.
-    fn note_lengths(&mut self) -> Result<(), Error> {
-        let lengths = self
-            .files
-            .as_ref()
-            .map(|files| -> Result<_, Error> { Ok((files.history.length()?, files.convergence.length()?)) });
-        let lengths = agree(&self.world, lengths.transpose().map_err(|error| error.to_string()))?;
-        (self.state.history, self.state.convergence) = lengths.unwrap_or_default();
-        Ok(())
+    /// Notes what the tables hold with the last accepted state; the root knows.
+    fn note_extents(&mut self) {
+        if let Some(files) = &self.files {
+            (self.state.history, self.state.convergence) = (files.history.extent(), files.convergence.extent());
+        }
     }
 
     /// Collective. Writes a checkpoint of the accepted state unless the one in the folder is of this state.
@@ -315,17 +315,21 @@ impl<'a> Recorder<'a> {
         agree(&self.world, written.map_err(|error| error.to_string()))
     }
 
-    /// Draws the report, on the root; returns where it is. A run is what it is without one: failure is a warning.
+    /// Draws the report, on the root; returns where it is. A run is what it is without one: failure is a warning, even one
+    /// of the program.
     pub fn report(&mut self) -> Option<PathBuf> {
         let clock = self.clock.clone();
         let _writing = clock.enter(Phase::Output);
         if !self.world.is_root() {
             return None;
         }
-        let written = crate::report::write(&self.directory);
-        written
-            .inspect_err(|error| self.progress.message(&format!("warning: no report: {error}")))
-            .ok()
+        let failure = match caught(|| crate::report::write(&self.directory)) {
+            Ok(Ok(page)) => return Some(page),
+            Ok(Err(error)) => error.to_string(),
+            Err(panic) => format!("a fault of the program while it was drawn: {panic}"),
+        };
+        self.progress.message(&format!("warning: no report: {failure}"));
+        None
     }
 
     /// Tells how the run ended.
@@ -340,37 +344,15 @@ impl<'a> Recorder<'a> {
         });
     }
 
+    /// Number of points on all ranks.
+    pub fn points(&self) -> u64 {
+        self.total_points
+    }
+
     /// A line for the user.
     pub fn message(&mut self, text: &str) {
         self.progress.message(text);
     }
-}
-
-/// The tables of a run: begun aside, or those that belong to a checkpoint.
-fn open_files(scene: &Scene, columns: &[Column], saved: Option<&RunState>) -> Result<RootFiles, Error> {
-    let (directory, configuration) = (&scene.output.directory, &scene.output.resolved);
-    let names: Vec<String> = columns
-        .iter()
-        .flat_map(|column| column.entry.column_names(scene.kinematics))
-        .collect();
-    let Some(RunState { files, .. }) = saved else {
-        let folder = ResultFolder::create(directory, configuration)?;
-        return begin_files(&folder, &names).inspect_err(|_| folder.give_up());
-    };
-    let (history, convergence) = (directory.join("history.csv"), directory.join("convergence.csv"));
-    Ok(RootFiles {
-        history: History::resume(&history, names.len(), files.history)?,
-        convergence: Convergence::resume(&convergence, files.convergence)?,
-        folder: ResultFolder::reopen(directory, configuration)?,
-    })
-}
-
-fn begin_files(folder: &ResultFolder, names: &[String]) -> Result<RootFiles, Error> {
-    Ok(RootFiles {
-        history: History::create(&folder.aside("history.csv"), names)?,
-        convergence: Convergence::create(&folder.aside("convergence.csv"))?,
-        folder: folder.clone(),
-    })
 }
 
 impl<C: Fields<D, N>, const D: usize, const N: usize> Observer<C, D, N> for Recorder<'_> {
@@ -444,12 +426,26 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Observer<C, D, N> for Reco
         if snapshot {
             self.snapshot(step.model)?;
         }
-        self.note_lengths()?;
-        if save {
+        self.note_extents();
+        // The tables of a checkpoint are those in the folder from its first step on.
+        if save || self.saved.is_none() && self.begun > 0.0 {
             self.checkpoint(step.model, step.state)?;
         }
         Ok(())
     }
+}
+
+/// Does what may fail by a panic; the answer is then what the panic says, and nothing is printed.
+fn caught<T>(work: impl FnOnce() -> T) -> Result<T, String> {
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(|_| {}));
+    let outcome = std::panic::catch_unwind(AssertUnwindSafe(work));
+    std::panic::set_hook(hook);
+    outcome.map_err(|panic| {
+        let text = panic.downcast_ref::<&str>().map(ToString::to_string);
+        let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
+        text.unwrap_or_else(|| "no message".to_owned())
+    })
 }
 
 /// Share of all full steps of all stages that is done.

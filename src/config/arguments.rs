@@ -84,6 +84,9 @@ pub struct RunArguments {
     /// Go on from the checkpoint in the result folder, on the same or another number of ranks
     #[arg(long)]
     pub restart: bool,
+    /// Begin even where that replaces results of another scene, or a run that is not at its end
+    #[arg(long, conflicts_with = "restart")]
+    pub overwrite: bool,
     /// Print nothing but problems
     #[arg(long)]
     pub quiet: bool,
@@ -115,6 +118,9 @@ pub struct StudyArguments {
     /// Runs at the same time; more than one disturbs the timings
     #[arg(long, value_name = "N", default_value = "1")]
     pub jobs: NonZeroUsize,
+    /// Begin again what was interrupted, and replace another study in the result folder
+    #[arg(long)]
+    pub overwrite: bool,
     /// List the runs and what would be done; nothing is run or written
     #[arg(long, conflicts_with_all = ["collect", "slurm"])]
     pub dry_run: bool,

@@ -1,5 +1,6 @@
-//! What differs between two resolved configurations of one run.
+//! What differs between two resolved configurations: of one run that goes on, and of two runs in one folder.
 
+use super::tree::{self, Node};
 use serde_json::Value;
 
 /// An entry that is not what it was.
@@ -16,12 +17,42 @@ pub struct Change {
 /// where files of points lie.
 pub fn changes(before: &Value, now: &Value, stage: usize) -> Vec<Change> {
     let mut found = Vec::new();
-    compare("", before, now, stage, &mut found);
+    compare("", before, now, &|path| free(path, stage), &mut found);
     found
 }
 
-fn compare(path: &str, before: &Value, now: &Value, stage: usize, found: &mut Vec<Change>) {
-    if before == now || free(path, stage) {
+/// What makes another scene of a configuration, both as [`read_back`] gives them: everything that the numbers of the
+/// results depend on, the solver and the columns of the history included. Free are the title and what is written, where
+/// and how often.
+pub fn changes_of_scene(before: &Value, now: &Value) -> Vec<Change> {
+    let mut found = Vec::new();
+    compare("", before, now, &only_shown, &mut found);
+    found
+}
+
+/// A configuration that a run wrote into its folder; `None` if the text is none.
+pub fn read_back(text: &str) -> Option<Value> {
+    let (root, _) = tree::parse("", text).ok()?;
+    Some(value(&root))
+}
+
+/// What a node holds, without places.
+fn value(node: &Node) -> Value {
+    match &node.value {
+        // Numbers and words as the program writes them.
+        tree::Value::Plain(text) => serde_json::from_str(text).unwrap_or_else(|_| Value::from(text.as_str())),
+        tree::Value::Quoted(text) => Value::from(text.as_str()),
+        tree::Value::List(nodes) => nodes.iter().map(value).collect(),
+        tree::Value::Mapping(entries) => {
+            let entries = entries.iter().map(|entry| (entry.key.clone(), value(&entry.node)));
+            Value::Object(entries.collect())
+        }
+        tree::Value::Hole => Value::Null,
+    }
+}
+
+fn compare(path: &str, before: &Value, now: &Value, free: &dyn Fn(&str) -> bool, found: &mut Vec<Change>) {
+    if before == now || free(path) {
         return;
     }
     match (before, now) {
@@ -33,7 +64,7 @@ fn compare(path: &str, before: &Value, now: &Value, stage: usize, found: &mut Ve
                 } else {
                     format!("{path}.{key}")
                 };
-                compare(&below, &before[key], &now[key], stage, found);
+                compare(&below, &before[key], &now[key], free, found);
             }
         }
         (Value::Array(old), Value::Array(new)) => {
@@ -44,7 +75,7 @@ fn compare(path: &str, before: &Value, now: &Value, stage: usize, found: &mut Ve
                     &below,
                     old.unwrap_or(&Value::Null),
                     new.unwrap_or(&Value::Null),
-                    stage,
+                    free,
                     found,
                 );
             }
@@ -62,9 +93,13 @@ fn free(path: &str, stage: usize) -> bool {
         .strip_prefix("stages[")
         .and_then(|rest| rest.split_once(']'))
         .is_some_and(|(index, _)| index.parse::<usize>().is_ok_and(|index| index > stage));
-    let section = path.split(['.', '[']).next().unwrap_or_default();
-    let output = section == "output" && path.contains('.') && !path.starts_with("output.history");
-    later || output || matches!(section, "title" | "solver") || path.ends_with(".points.file")
+    let solver = path == "solver" || path.starts_with("solver.");
+    later || solver || only_shown(path) || path.ends_with(".points.file")
+}
+
+/// Whether a key says how a run is shown, and not what it computes.
+fn only_shown(path: &str) -> bool {
+    path == "title" || path.starts_with("output.") && !path.starts_with("output.history")
 }
 
 fn describe(value: &Value) -> String {
@@ -101,5 +136,26 @@ mod tests {
         assert_eq!(paths(1), ["grid.cell_size", "stages[1].steps", "output.history[1]"]);
         assert_eq!(changes(&before, &before, 0), []);
         assert_eq!(changes(&before, &now, 0)[1].before, "nothing");
+    }
+    #[test]
+    fn another_solver_makes_another_scene_and_another_title_does_not() {
+        let text = "title: a\ngrid: {cell_size: 1.0e-3}\nsolver:\n  force_tolerance: 1.0e-9\noutput:\n  \
+                    directory: \"x\"\n  history:\n    - {name: force}\n";
+        let changed = |now: &str| -> Vec<Change> {
+            let [before, now] = [text, now].map(|text| read_back(text).expect("a configuration"));
+            changes_of_scene(&before, &now)
+        };
+        let paths = |now: &str| -> Vec<String> { changed(now).into_iter().map(|change| change.path).collect() };
+        let shown = text
+            .replace("title: a", "title: b")
+            .replace("\"x\"", "y\n  report: false");
+        assert!(paths(text).is_empty() && paths(&shown).is_empty());
+        let other = text
+            .replace("1.0e-9", "1.0e-6")
+            .replace("{name: force}", "{name: thrust}");
+        assert_eq!(paths(&other), ["solver.force_tolerance", "output.history[0].name"]);
+        let first = &changed(&other)[0];
+        assert_eq!((first.before.as_str(), first.now.as_str()), ("1e-9", "1e-6"));
+        assert_eq!((read_back("a text\n"), read_back("")), (None, None));
     }
 }

@@ -22,7 +22,7 @@ mod source;
 pub mod tree;
 mod write;
 
-pub use change::changes;
+pub use change::{Change, changes, changes_of_scene, read_back};
 pub use decode::FlowText;
 pub use document::Document;
 pub use input::Input;

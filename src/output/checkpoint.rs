@@ -1,6 +1,6 @@
 //! `checkpoint.h5`: everything that a run needs to go on, in one HDF5 file.
 //!
-//! Layout, version 1: attributes `format` and `version` at the root; `document`, a text in JSON with the state of the
+//! Layout, version 2: attributes `format` and `version` at the root; `document`, a text in JSON with the state of the
 //! analysis and a list of blocks; `rows/NAME`, one table per quantity with a row per point; `common/NAME`, arrays that
 //! exist once. Each rank writes one contiguous block of rows, in the order of ranks, so that the blocks tell who held
 //! which point.
@@ -21,12 +21,12 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::agree;
-use super::folder::{aside, claim_space, sync_folder};
+use super::folder::{aside, claim_space, create_anew, sync_folder};
 use crate::error::Error;
 use crate::parallel::World;
 
 /// Version of the layout.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// What the attribute `format` says.
 const FORMAT: &str = "mpm-petsc checkpoint";
@@ -237,7 +237,7 @@ fn reserve<S>(part: &Path, content: &Content<S>, blocks: &[Block], document: &st
     let width: usize = content.rows.iter().map(|table| table.width).sum();
     let common: usize = content.common.iter().map(|table| table.numbers.len()).sum();
     let bytes = 8 * (rows * width as u64 + common as u64) + document.len() as u64 + BOOKKEEPING;
-    let claim = || claim_space(&fs::File::create(part)?, 0, bytes);
+    let claim = || claim_space(&create_anew(part)?, 0, bytes);
     claim().map_err(|error: std::io::Error| error.to_string())
 }
 
@@ -305,6 +305,14 @@ fn write_table(dataset: &Dataset, table: &Table, first: usize) -> hdf5::Result<(
     }
 }
 
+/// What to say where there is no checkpoint.
+pub fn no_checkpoint(path: &Path) -> String {
+    format!(
+        "there is no checkpoint to go on from: {} does not exist",
+        path.display()
+    )
+}
+
 /// Collective. Reads a checkpoint: what each rank wrote where there are as many ranks as then; otherwise whole blocks,
 /// so that some ranks may get several and others none.
 ///
@@ -318,10 +326,7 @@ pub fn read<S: DeserializeOwned>(world: &World, path: &Path) -> Result<Content<S
 /// What rank `rank` of `size` gets of a checkpoint.
 fn read_part<S: DeserializeOwned>(path: &Path, rank: usize, size: usize) -> Result<Content<S>, String> {
     if !path.exists() {
-        return Err(format!(
-            "there is no checkpoint to go on from: {} does not exist",
-            path.display()
-        ));
+        return Err(no_checkpoint(path));
     }
     if !path.is_file() {
         return Err(format!("{} is no checkpoint: it is no file", path.display()));

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::table::{Table, push_number};
+use super::table::{Extent, Table, push_number};
 use crate::error::Error;
 
 /// Residuals after a Newton iteration; iteration 0 is the state before the first one.
@@ -36,16 +36,23 @@ impl Convergence {
         })
     }
 
-    /// Goes on with the file of an earlier run, of which the first `length` bytes stay.
-    pub fn resume(path: &Path, length: u64) -> Result<Self, Error> {
-        Ok(Convergence {
-            table: Table::resume(path, length)?,
-        })
+    /// Opens the file of an earlier run, which stays as it is until [`Convergence::cut`]; `None` if it is gone.
+    ///
+    /// # Errors
+    /// It was changed, or cannot be written.
+    pub fn find(path: &Path, expected: Extent) -> Result<Option<Self>, Error> {
+        let table = Table::find(path, expected)?;
+        Ok(table.map(|table| Convergence { table }))
     }
 
-    /// Length of the file [byte].
-    pub fn length(&self) -> Result<u64, Error> {
-        self.table.length()
+    /// Drops the rows behind those that were expected.
+    pub fn cut(&mut self) -> Result<(), Error> {
+        self.table.cut()
+    }
+
+    /// What the file holds now.
+    pub fn extent(&self) -> Extent {
+        self.table.extent()
     }
 
     /// Tells that the file has another name now.

@@ -16,6 +16,15 @@ const BEGUN: [&str; 4] = ["config.yaml", "history.csv", "convergence.csv", "poin
 /// Files that come later, in the order in which those of an earlier run go: first what a restart would go on from.
 const LATER: [&str; 3] = ["checkpoint.h5", "summary.json", "report.html"];
 
+/// Folder of the figures of a report.
+const FIGURES: &str = "figures";
+
+/// Files of a run that a folder holds.
+pub fn results_in(folder: &Path) -> Vec<&'static str> {
+    let names = BEGUN.into_iter().chain(LATER);
+    names.filter(|name| folder.join(name).exists()).collect()
+}
+
 /// A result folder that exists; made by one rank, once the scene is known to be valid.
 #[derive(Clone, Debug)]
 pub struct ResultFolder {
@@ -24,7 +33,7 @@ pub struct ResultFolder {
 
 impl ResultFolder {
     /// Creates the folder with those above it, and writes `config.yaml`, the resolved configuration, aside. What an
-    /// earlier run left stays until [`ResultFolder::take_over`].
+    /// earlier run left stays until [`ResultFolder::take_over`], but for what it wrote aside and did not finish.
     pub fn create(path: &Path, configuration: &str) -> Result<Self, Error> {
         fs::create_dir_all(path)
             .map_err(|error| Error::System(format!("cannot make the folder {}: {error}", path.display())))?;
@@ -38,6 +47,10 @@ impl ResultFolder {
                 return Err(Error::System(format!("cannot write {path}: a folder has this name")));
             }
         }
+        BEGUN
+            .iter()
+            .chain(&LATER)
+            .try_for_each(|name| remove(&folder.aside(name)))?;
         write_synced(&folder.aside("config.yaml"), configuration.as_bytes()).map_err(|error| {
             Error::System(format!(
                 "cannot write {}: {error}",
@@ -56,11 +69,28 @@ impl ResultFolder {
     /// the names of this program, so that no file of one run is taken for another's. Foreign files stay.
     pub fn take_over(&self) -> Result<(), Error> {
         LATER.iter().try_for_each(|name| remove(&self.file(name)))?;
+        self.remove_figures()?;
+        put_aside_before(&self.path).iter().try_for_each(|path| remove(path))?;
         BEGUN.iter().try_for_each(|name| {
             let path = self.file(name);
             fs::rename(self.aside(name), &path)
                 .map_err(|error| Error::System(format!("cannot write {}: {error}", path.display())))
         })
+    }
+
+    /// Removes the figures of a report: each is there as SVG and as PNG. The folder goes unless it holds something else.
+    fn remove_figures(&self) -> Result<(), Error> {
+        let folder = self.file(FIGURES);
+        for path in entries(&folder) {
+            let picture = path.with_extension("png");
+            if path.extension().is_some_and(|extension| extension == "svg") && picture.is_file() {
+                remove(&path)?;
+                remove(&picture)?;
+            }
+        }
+        // It is not empty, or not there.
+        let _ = fs::remove_dir(&folder);
+        Ok(())
     }
 
     /// Removes what a new run wrote aside before it failed.
@@ -69,12 +99,14 @@ impl ResultFolder {
         BEGUN.iter().for_each(|name| drop(fs::remove_file(self.aside(name))));
     }
 
-    /// The folder of an earlier run that this one goes on with; `config.yaml` is written anew, all else stays.
+    /// The folder of an earlier run that this one goes on with: `config.yaml` is written anew, and `summary.json` goes,
+    /// since the end that it tells of is none; all else stays.
     pub fn reopen(path: &Path, configuration: &str) -> Result<Self, Error> {
         let folder = ResultFolder {
             path: path.to_path_buf(),
         };
         write_atomically(&folder.file("config.yaml"), configuration.as_bytes())?;
+        remove(&folder.file("summary.json"))?;
         Ok(folder)
     }
 
@@ -86,6 +118,53 @@ impl ResultFolder {
     /// A file in the folder.
     pub fn file(&self, name: &str) -> PathBuf {
         self.path.join(name)
+    }
+}
+
+/// Paths of what a folder holds; none where it cannot be read.
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).into_iter().flatten();
+    entries.filter_map(|entry| Some(entry.ok()?.path())).collect()
+}
+
+/// What a file that cannot be gone on with is called between its name and its extension.
+const DAMAGED: &str = "damaged";
+
+/// Gives a file that cannot be gone on with a name that is free, `NAME.damaged.EXT` or `NAME.damaged.2.EXT`, and answers
+/// with it; `None` if there is no file.
+pub(super) fn put_aside(path: &Path) -> io::Result<Option<PathBuf>> {
+    let extension = path.extension().unwrap_or_default().to_string_lossy();
+    let name = |number: usize| match number {
+        1 => path.with_extension(format!("{DAMAGED}.{extension}")),
+        number => path.with_extension(format!("{DAMAGED}.{number}.{extension}")),
+    };
+    let free = (1..).map(name).find(|path| fs::symlink_metadata(path).is_err());
+    let free = free.expect("there is a number that no file has");
+    match fs::rename(path, &free) {
+        Ok(()) => Ok(Some(free)),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+/// Snapshots that were put aside in a folder.
+fn put_aside_before(folder: &Path) -> Vec<PathBuf> {
+    let is_one = |path: &PathBuf| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let middle = name
+            .strip_prefix("points.")
+            .and_then(|rest| rest.strip_suffix(".vtkhdf"))
+            .and_then(|middle| middle.strip_prefix(DAMAGED));
+        middle.is_some_and(|number| number.is_empty() || number.starts_with('.'))
+    };
+    entries(folder).into_iter().filter(is_one).collect()
+}
+
+/// Creates a file in the place of what has its name; a symbolic link goes and is not followed.
+pub fn create_anew(path: &Path) -> io::Result<fs::File> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+        _ => fs::File::create_new(path),
     }
 }
 
@@ -118,7 +197,7 @@ pub fn aside(path: &Path) -> PathBuf {
 }
 
 fn write_synced(path: &Path, content: &[u8]) -> io::Result<()> {
-    let mut file = fs::File::create(path)?;
+    let mut file = create_anew(path)?;
     file.write_all(content)?;
     // Without this a crash of the machine may leave the name that it gets with no content.
     file.sync_all()

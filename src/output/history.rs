@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::table::{Table, push_number, quoted};
+use super::table::{Extent, Table, push_number, quoted};
 use crate::error::Error;
 
 /// What every row starts with.
@@ -38,12 +38,19 @@ impl History {
         })
     }
 
-    /// Goes on with the file of an earlier run of the same columns, of which the first `length` bytes stay.
-    pub fn resume(path: &Path, columns: usize, length: u64) -> Result<Self, Error> {
-        Ok(History {
-            table: Table::resume(path, length)?,
-            columns,
-        })
+    /// Opens the file of an earlier run of the same columns, which stays as it is until [`History::cut`]; `None` if it
+    /// is gone.
+    ///
+    /// # Errors
+    /// It was changed, or cannot be written.
+    pub fn find(path: &Path, columns: usize, expected: Extent) -> Result<Option<Self>, Error> {
+        let table = Table::find(path, expected)?;
+        Ok(table.map(|table| History { table, columns }))
+    }
+
+    /// Drops the rows behind those that were expected.
+    pub fn cut(&mut self) -> Result<(), Error> {
+        self.table.cut()
     }
 
     /// Tells that the file has another name now.
@@ -51,9 +58,9 @@ impl History {
         self.table.renamed(path);
     }
 
-    /// Length of the file [byte].
-    pub fn length(&self) -> Result<u64, Error> {
-        self.table.length()
+    /// What the file holds now.
+    pub fn extent(&self) -> Extent {
+        self.table.extent()
     }
 
     /// Returns when all rows are on disk.

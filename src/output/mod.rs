@@ -8,12 +8,15 @@ pub mod checkpoint;
 pub mod convergence;
 pub mod folder;
 pub mod history;
+pub mod lock;
 pub mod process;
 pub mod progress;
 pub mod summary;
 mod table;
 mod terminal;
 pub mod vtkhdf;
+
+pub use table::Extent;
 
 use crate::error::Error;
 use crate::parallel::World;

@@ -1,50 +1,87 @@
 //! A CSV file that grows by whole rows.
 
-use std::fmt::Write as _;
+use std::fmt::{Display, Write as _};
 use std::fs::File;
-use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
+use std::io::{self, ErrorKind, Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
 
+use crc32fast::Hasher;
+use serde::{Deserialize, Serialize};
+
+use super::folder::create_anew;
 use crate::error::Error;
+
+/// How much of a file is read at once [byte].
+const PIECE: usize = 1 << 16;
+
+/// Length of a file [byte] and the CRC-32 of all that it holds: what tells whether it is as it was.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Extent {
+    pub length: u64,
+    pub checksum: u32,
+}
 
 /// An open CSV file. A row reaches the operating system in one piece, so that a run that is killed leaves whole rows.
 #[derive(Debug)]
 pub(super) struct Table {
     path: PathBuf,
     file: File,
+    /// Length of what was written, and the checksum so far.
+    length: u64,
+    hasher: Hasher,
 }
 
 impl Table {
     /// Starts a file anew with its head line.
     pub(super) fn create(path: &Path, columns: &[&str]) -> Result<Self, Error> {
-        let file = File::create(path).map_err(|error| failure(path, &error))?;
+        let file = create_anew(path).map_err(|error| failure(path, &error))?;
         let mut table = Table {
             path: path.to_path_buf(),
             file,
+            length: 0,
+            hasher: Hasher::new(),
         };
         let names: Vec<String> = columns.iter().map(|name| quoted(name)).collect();
         table.write(&(names.join(",") + "\n"))?;
         Ok(table)
     }
 
-    /// Goes on with a file that an earlier run left, cut back to its first `length` bytes, which end a row.
-    pub(super) fn resume(path: &Path, length: u64) -> Result<Self, Error> {
-        let open = || -> std::io::Result<File> {
-            let mut file = File::options().read(true).write(true).open(path)?;
-            let mut end = [0];
-            file.seek(SeekFrom::Start(length.saturating_sub(1)))?;
-            file.read_exact(&mut end)?;
-            if end != [b'\n'] {
-                return Err(std::io::Error::other("it was changed since the checkpoint was written"));
-            }
-            file.set_len(length)?;
-            Ok(file)
+    /// Opens a file that an earlier run left, to go on behind its first bytes; it stays as it is until [`Table::cut`].
+    /// `None` if it is gone.
+    ///
+    /// # Errors
+    /// It begins otherwise than it did, or cannot be written.
+    pub(super) fn find(path: &Path, expected: Extent) -> Result<Option<Self>, Error> {
+        let failed = |what: &dyn Display| {
+            let path = path.display();
+            Error::System(format!("cannot go on with {path}: {what}"))
         };
-        let file = open().map_err(|error| Error::System(format!("cannot go on with {}: {error}", path.display())))?;
-        Ok(Table {
+        let file = match File::options().read(true).write(true).open(path) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+            opened => opened.map_err(|error| failed(&error))?,
+        };
+        let hasher = checksum(&file, expected.length).map_err(|error| failed(&error))?;
+        if hasher.as_ref().map(|hasher| hasher.clone().finalize()) != Some(expected.checksum) {
+            return Err(failed(
+                &"it was changed since the checkpoint was written; put it back as it was, or move it away, and a new one \
+                  begins where the run goes on",
+            ));
+        }
+        Ok(hasher.map(|hasher| Table {
             path: path.to_path_buf(),
             file,
-        })
+            length: expected.length,
+            hasher,
+        }))
+    }
+
+    /// Drops what follows the part that was found.
+    pub(super) fn cut(&mut self) -> Result<(), Error> {
+        let cut = || {
+            self.file.set_len(self.length)?;
+            (&self.file).seek(SeekFrom::End(0))
+        };
+        cut().map(drop).map_err(|error| failure(&self.path, &error))
     }
 
     /// Tells that the file has another name now.
@@ -57,18 +94,41 @@ impl Table {
         self.file.sync_data().map_err(|error| failure(&self.path, &error))
     }
 
-    /// Length of the file [byte].
-    pub(super) fn length(&self) -> Result<u64, Error> {
-        let metadata = self.file.metadata().map_err(|error| failure(&self.path, &error))?;
-        Ok(metadata.len())
+    /// What the file holds now.
+    pub(super) fn extent(&self) -> Extent {
+        Extent {
+            length: self.length,
+            checksum: self.hasher.clone().finalize(),
+        }
     }
 
     /// Adds text that consists of whole rows.
     pub(super) fn write(&mut self, rows: &str) -> Result<(), Error> {
         self.file
             .write_all(rows.as_bytes())
-            .map_err(|error| failure(&self.path, &error))
+            .map_err(|error| failure(&self.path, &error))?;
+        self.length += rows.len() as u64;
+        self.hasher.update(rows.as_bytes());
+        Ok(())
     }
+}
+
+/// Checksum of the first bytes of a file; `None` if there are not so many.
+fn checksum(mut file: &File, length: u64) -> io::Result<Option<Hasher>> {
+    let mut hasher = Hasher::new();
+    let mut piece = vec![0; PIECE];
+    let mut rest = length;
+    while rest > 0 {
+        let wanted = rest.min(PIECE as u64) as usize;
+        match file.read(&mut piece[..wanted])? {
+            0 => return Ok(None),
+            count => {
+                hasher.update(&piece[..count]);
+                rest -= count as u64;
+            }
+        }
+    }
+    Ok(Some(hasher))
 }
 
 fn failure(path: &Path, error: &std::io::Error) -> Error {

@@ -10,6 +10,7 @@
 //! the step are in place.
 
 use std::fs;
+use std::io::ErrorKind;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -18,7 +19,7 @@ use hdf5::types::FixedAscii;
 use hdf5::{Dataset, File, Group, H5Type};
 use mpi::traits::{AsRaw, Equivalence};
 
-use super::folder::claim_space;
+use super::folder::{claim_space, put_aside};
 use super::{PointFields, PointValues, agree};
 use crate::error::Error;
 use crate::parallel::World;
@@ -56,18 +57,15 @@ impl Snapshots {
     /// # Errors
     /// The same on every rank: a file that cannot be used cannot be put aside either.
     pub fn resume(world: &World, path: PathBuf, written: usize, total: u64) -> Result<(Self, Option<String>), Error> {
-        let cut = if world.is_root() {
-            cut_back(&path, written, total)
+        let gap = if world.is_root() {
+            begin_or_cut(&path, written, total)
         } else {
-            Ok(())
+            Ok(None)
         };
-        match agree(world, cut) {
-            Ok(()) => Ok((Snapshots { path, written }, None)),
-            Err(reason) => {
-                let aside = if world.is_root() { put_aside(&path) } else { Ok(()) };
-                agree(world, aside)?;
-                Ok((Snapshots::new(path), Some(reason.to_string())))
-            }
+        let gap = agree(world, gap)?.unwrap_or_default();
+        match world.broadcast_text(&gap) {
+            gap if gap.is_empty() => Ok((Snapshots { path, written }, None)),
+            gap => Ok((Snapshots::new(path), Some(gap))),
         }
     }
 
@@ -189,44 +187,57 @@ impl Snapshots {
     }
 }
 
-/// Drops all but the first snapshots of a file. It is opened by this process alone.
-fn cut_back(path: &Path, written: usize, total: u64) -> Result<(), String> {
+/// Drops all but the first snapshots of a file; where that cannot be done the file is put aside, and the answer says why.
+fn begin_or_cut(path: &Path, written: usize, total: u64) -> Result<Option<String>, String> {
     if written == 0 {
-        return Ok(());
+        return Ok(None);
     }
-    let cut = || -> hdf5::Result<()> {
-        let file = File::open_rw(path)?;
-        let root = file.group("VTKHDF")?;
-        let count: i64 = root.group("Steps")?.attr("NSteps")?.read_scalar()?;
-        let points = root.dataset("NumberOfPoints")?.read_raw::<i64>()?;
-        let rows = written * total as usize;
-        let data = root.group("PointData")?;
-        let tables = [vec![root.dataset("Points")?], data.datasets()?].concat();
-        let whole = tables
-            .iter()
-            .all(|table| table.shape().first().is_some_and(|&length| length >= rows));
-        if count < written as i64 || points != [total as i64] || !whole {
-            let what = format!("it holds {count} snapshots, and {written} of {total} points were expected");
-            return Err(hdf5::Error::Internal(what));
-        }
-        set_step_count(&file, written as i64)?;
-        tables.iter().try_for_each(|table| resize(table, rows))?;
-        let steps = root.group("Steps")?;
-        let steps = [steps.datasets()?, steps.group("PointDataOffsets")?.datasets()?].concat();
-        steps.iter().try_for_each(|table| resize(table, written))?;
-        file.close()
+    let shown = path.display();
+    if fs::symlink_metadata(path).is_err_and(|error| error.kind() == ErrorKind::NotFound) {
+        return Ok(Some(format!("{shown} is gone; a new series of snapshots begins here")));
+    }
+    let Err(reason) = cut_back(path, written, total) else {
+        return Ok(None);
     };
-    cut().map_err(|error| format!("{} cannot be gone on with: {error}", path.display()))
+    let aside = put_aside(path).map_err(|error| format!("cannot rename {shown}, which is damaged: {error}"))?;
+    let left = aside.map_or("gone".to_owned(), |aside| aside.display().to_string());
+    Ok(Some(format!(
+        "{shown} cannot be gone on with: {reason}; a new series of snapshots begins here, and what is left of the old one is \
+         {left}"
+    )))
 }
 
-/// Gives a file that cannot be used another name.
-fn put_aside(path: &Path) -> Result<(), String> {
-    match fs::rename(path, path.with_extension("damaged.vtkhdf")) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-            Err(format!("cannot rename {}: {error}", path.display()))
-        }
-        _ => Ok(()),
+/// Drops all but the first snapshots of a file. It is opened by this process alone, and to be written once it is known
+/// to be whole.
+fn cut_back(path: &Path, written: usize, total: u64) -> hdf5::Result<()> {
+    tables_of_whole(&File::open(path)?, written, total)?;
+    let file = File::open_rw(path)?;
+    let tables = tables_of_whole(&file, written, total)?;
+    set_step_count(&file, written as i64)?;
+    let rows = written * total as usize;
+    tables.iter().try_for_each(|table| resize(table, rows))?;
+    let steps = file.group("VTKHDF/Steps")?;
+    let steps = [steps.datasets()?, steps.group("PointDataOffsets")?.datasets()?].concat();
+    steps.iter().try_for_each(|table| resize(table, written))?;
+    file.close()
+}
+
+/// Tables with a row for each point of each snapshot, if the file holds as many as are expected.
+fn tables_of_whole(file: &File, written: usize, total: u64) -> hdf5::Result<Vec<Dataset>> {
+    let root = file.group("VTKHDF")?;
+    let count: i64 = root.group("Steps")?.attr("NSteps")?.read_scalar()?;
+    let points = root.dataset("NumberOfPoints")?.read_raw::<i64>()?;
+    let rows = written * total as usize;
+    let data = root.group("PointData")?;
+    let tables = [vec![root.dataset("Points")?], data.datasets()?].concat();
+    let whole = tables
+        .iter()
+        .all(|table| table.shape().first().is_some_and(|&length| length >= rows));
+    if count < written as i64 || points != [total as i64] || !whole {
+        let what = format!("it holds {count} snapshots, and {written} of {total} points were expected");
+        return Err(hdf5::Error::Internal(what));
     }
+    Ok(tables)
 }
 
 fn check_lengths(points: &PointFields<'_>) -> Result<(), String> {

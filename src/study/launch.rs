@@ -2,33 +2,41 @@
 
 use super::outcome::{self, State};
 use super::plan::{Run, Study};
+use super::tether::tether;
 use crate::console;
 use crate::error::Error;
-use std::fs::{self, File};
+use crate::interrupt::Interrupt;
+use crate::output::folder::create_anew;
+use crate::output::lock::{FolderLock, Writer};
+use crate::problem::Problem;
+use rustix::process::{Pid, Signal, kill_process};
+use std::fs;
 use std::io::{self, Write};
-use std::process::{Command, ExitStatus, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Variables by which a launcher says how many ranks it started.
 const SIZES: [&str; 3] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MPI_LOCALNRANKS"];
 
-/// Refuses to go on where a launcher started several copies: each would start every run.
-///
-/// # Errors
-/// This process is one of several ranks.
-pub fn refuse_many_ranks() -> Result<(), Error> {
-    let many = |name: &str| std::env::var(name).ok()?.parse::<usize>().ok().filter(|size| *size > 1);
-    match SIZES.into_iter().find_map(many) {
-        None => Ok(()),
-        Some(size) => Err(Error::Configuration(vec![crate::problem::Problem {
-            file: String::new(),
-            place: None,
-            path: String::new(),
-            message: format!("a study was started on {size} ranks, and starts mpirun itself for each of its runs"),
-            expected: "mpm-petsc study STUDY.yaml without mpirun; `ranks` in the study".to_owned(),
-        }])),
-    }
+/// Time between two looks at a run that goes on: short beside any run, and no burden.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// Whether a launcher started several copies of this process.
+pub fn is_one_of_many() -> bool {
+    let many = |name: &str| std::env::var(name).is_ok_and(|text| text.parse::<usize>().is_ok_and(|size| size > 1));
+    SIZES.into_iter().any(many)
+}
+
+/// Why several copies of a study are not started: each would start every run.
+pub fn refusal(ranks: usize) -> Error {
+    Error::Configuration(vec![Problem {
+        file: String::new(),
+        place: None,
+        path: String::new(),
+        message: format!("a study was started on {ranks} ranks, and starts mpirun itself for each of its runs"),
+        expected: "mpm-petsc study STUDY.yaml without mpirun; `ranks` in the study".to_owned(),
+    }])
 }
 
 /// The program that runs are made with: this one.
@@ -41,73 +49,96 @@ pub fn program() -> Result<String, Error> {
     Ok(path.to_string_lossy().into_owned())
 }
 
+/// Whether a letter means nothing but itself to shells.
+pub fn is_plain(letter: char) -> bool {
+    letter.is_ascii_alphanumeric() || "_-./=,:+@%".contains(letter)
+}
+
 /// A command as a shell takes it.
 pub fn shell_line(words: &[String]) -> String {
-    let plain = |letter: char| letter.is_ascii_alphanumeric() || "_-./=,:+@%".contains(letter);
     let quoted = |word: &String| match word {
-        word if !word.is_empty() && word.chars().all(plain) => word.clone(),
+        word if !word.is_empty() && word.chars().all(is_plain) => word.clone(),
         word => format!("'{}'", word.replace('\'', r"'\''")),
     };
     words.iter().map(quoted).collect::<Vec<_>>().join(" ")
 }
 
-/// Keeps a second study out of a folder while the answer lives: two would write the same runs at the same time.
-fn lock(folder: &std::path::Path) -> Result<File, Error> {
-    let path = folder.join("study.lock");
-    let failure = |error: &dyn std::fmt::Display| Error::System(format!("cannot lock {}: {error}", path.display()));
-    fs::create_dir_all(folder).map_err(|error| failure(&error))?;
-    let file = File::create(&path).map_err(|error| failure(&error))?;
-    match file.try_lock() {
-        Ok(()) => Ok(file),
-        Err(fs::TryLockError::WouldBlock) => Err(failure(&"another study is running in this folder")),
-        Err(fs::TryLockError::Error(error)) => Err(failure(&error)),
+/// How a study makes its runs.
+pub struct Launcher<'a> {
+    pub study: &'a Study,
+    pub program: &'a str,
+    pub jobs: usize,
+    /// Whether unfinished runs begin again.
+    pub overwrite: bool,
+    pub interrupt: &'a Interrupt,
+}
+
+impl Launcher<'_> {
+    /// Makes the runs that are not done, some at a time; one that fails is recorded in its folder and stops no other.
+    ///
+    /// # Errors
+    /// The folder of a run cannot be written; a signal asked the study to stop, and all runs have ended.
+    pub fn all(&self) -> Result<(), Error> {
+        let states = self.study.runs.iter().map(|run| (run, outcome::state(run)));
+        let due: Vec<(&Run, State)> = states.filter(|(_, state)| *state != State::Done).collect();
+        let total = self.study.runs.len();
+        console::say(format_args!("{total} runs, {} to do", due.len()));
+        warn_of_crowding(&due, self.jobs);
+        let (next, ended) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let work = || -> Result<(), Error> {
+            while let Some((run, state)) = due.get(next.fetch_add(1, Ordering::Relaxed)) {
+                if self.interrupt.requested() {
+                    return Ok(());
+                }
+                let begin = Instant::now();
+                let told = self.one(run, *state)?;
+                let count = 1 + ended.fetch_add(1, Ordering::Relaxed);
+                let seconds = begin.elapsed().as_secs_f64();
+                console::say(format_args!(
+                    "[{count}/{}] {}: {told} in {seconds:.1} s",
+                    due.len(),
+                    run.name
+                ));
+            }
+            Ok(())
+        };
+        std::thread::scope(|scope| {
+            let workers: Vec<_> = (0..self.jobs.min(due.len())).map(|_| scope.spawn(work)).collect();
+            workers.into_iter().try_for_each(|worker| {
+                worker
+                    .join()
+                    .unwrap_or_else(|_| Err(Error::System("a worker ended".to_owned())))
+            })
+        })?;
+        if self.interrupt.requested() {
+            let done = self
+                .study
+                .runs
+                .iter()
+                .filter(|run| outcome::state(run) == State::Done)
+                .count();
+            let message = format!("stopped by a signal with {done} of {total} runs done; the same command goes on");
+            return Err(Error::Interrupted(message));
+        }
+        Ok(())
+    }
+
+    /// Makes a run, and says how it ended. A folder that another run writes is left alone.
+    fn one(&self, run: &Run, state: State) -> Result<String, Error> {
+        match FolderLock::take(&run.folder, Writer::Run) {
+            Ok(lock) => drop(lock),
+            Err(error) => return Ok(format!("not started ({error})")),
+        }
+        let start = outcome::start(run, state, self.overwrite);
+        let words = self.study.command(run, self.program, start);
+        process(&words, run, self.interrupt)
+            .map_err(|error| Error::System(format!("cannot write the folder {}: {error}", run.folder.display())))
     }
 }
 
-/// Makes the runs that are not done, `jobs` at a time; one that fails is recorded in its folder and stops no other.
-///
-/// # Errors
-/// The folder of a run cannot be written.
-pub fn all(study: &Study, program: &str, jobs: usize) -> Result<(), Error> {
-    let _lock = lock(&study.folder)?;
-    let due: Vec<&Run> = study
-        .runs
-        .iter()
-        .filter(|run| outcome::state(run) != State::Done)
-        .collect();
-    console::say(format_args!("{} runs, {} to do", study.runs.len(), due.len()));
-    warn_of_crowding(&due, jobs);
-    let (next, ended) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let work = || -> Result<(), Error> {
-        while let Some(run) = due.get(next.fetch_add(1, Ordering::Relaxed)) {
-            let begin = Instant::now();
-            let told = one(&study.command(run, program), run).map_err(|error| {
-                let folder = run.folder.display();
-                Error::System(format!("cannot write the folder {folder}: {error}"))
-            })?;
-            let count = 1 + ended.fetch_add(1, Ordering::Relaxed);
-            let seconds = begin.elapsed().as_secs_f64();
-            console::say(format_args!(
-                "[{count}/{}] {}: {told} in {seconds:.1} s",
-                due.len(),
-                run.name
-            ));
-        }
-        Ok(())
-    };
-    std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..jobs.min(due.len())).map(|_| scope.spawn(work)).collect();
-        workers.into_iter().try_for_each(|worker| {
-            worker
-                .join()
-                .unwrap_or_else(|_| Err(Error::System("a worker ended".to_owned())))
-        })
-    })
-}
-
-fn warn_of_crowding(due: &[&Run], jobs: usize) {
+fn warn_of_crowding(due: &[(&Run, State)], jobs: usize) {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let most = due.iter().map(|run| run.ranks).max().unwrap_or(0) * jobs.min(due.len());
+    let most = due.iter().map(|(run, _)| run.ranks).max().unwrap_or(0) * jobs.min(due.len());
     if most > cores {
         console::say(format_args!(
             "warning: up to {most} ranks at once share {cores} cores; the times will not mean much"
@@ -115,11 +146,11 @@ fn warn_of_crowding(due: &[&Run], jobs: usize) {
     }
 }
 
-/// Starts a run, waits for its end, and says how it ended.
-fn one(words: &[String], run: &Run) -> io::Result<String> {
+/// Starts the process of a run, waits for its end, and says how it ended.
+fn process(words: &[String], run: &Run, interrupt: &Interrupt) -> io::Result<String> {
     fs::create_dir_all(&run.folder)?;
     outcome::forget(run)?;
-    let mut log = File::create(run.folder.join("log.txt"))?;
+    let mut log = create_anew(&run.folder.join("log.txt"))?;
     writeln!(log, "$ {}", shell_line(words))?;
     let mut command = Command::new(&words[0]);
     command
@@ -128,16 +159,37 @@ fn one(words: &[String], run: &Run) -> io::Result<String> {
         .stdout(log.try_clone()?)
         .stderr(log.try_clone()?);
     environment(&mut command);
-    let failure = match command.status() {
-        Ok(status) => ending(status),
+    tether(&mut command);
+    let failure = match command.spawn() {
+        Ok(child) => ending(await_end(child, interrupt)?),
         Err(error) => Some((None, format!("cannot start {}: {error}", words[0]))),
     };
+    let failure = failure.or_else(|| {
+        let reason = "it ended well, but left other results than those of a completed run".to_owned();
+        (!outcome::is_whole(run)).then_some((Some(0), reason))
+    });
     match failure {
         None => Ok("completed".to_owned()),
         Some((code, reason)) => {
             let message = outcome::record_failure(run, code, &reason)?;
             Ok(format!("failed ({message})"))
         }
+    }
+}
+
+/// Waits for the end of a process, and passes on that it should end: by the signal on which a run writes a checkpoint,
+/// and that launchers hand to their ranks.
+fn await_end(mut child: Child, interrupt: &Interrupt) -> io::Result<ExitStatus> {
+    let mut told = false;
+    loop {
+        if let Some(status) = child.try_wait()? {
+            return Ok(status);
+        }
+        if interrupt.requested() && !told {
+            told = true;
+            kill_process(Pid::from_child(&child), Signal::USR1)?;
+        }
+        std::thread::sleep(LOOK);
     }
 }
 

@@ -2,11 +2,12 @@
 
 use super::plan::Run;
 use crate::file;
+use crate::output::folder::create_anew;
 use crate::version;
 use serde_json::Value;
 use std::fmt;
 use std::fs;
-use std::io;
+use std::io::{self, Write};
 use std::path::Path;
 use std::time::SystemTime;
 
@@ -15,6 +16,9 @@ const MAXIMUM_LENGTH: u64 = 64 << 20;
 
 /// Where a run that ended without a summary says why.
 const FAILURE: &str = "failure.json";
+
+/// What a run goes on from.
+const CHECKPOINT: &str = "checkpoint.h5";
 
 /// Whether a run has to be made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,6 +79,26 @@ impl Outcome {
     }
 }
 
+/// How a run is started.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Start {
+    /// In a folder without results.
+    Anew,
+    /// In the place of results that the study no longer wants.
+    Replacing,
+    /// From its checkpoint.
+    GoingOn,
+}
+
+/// How to start a run that is due; unless it begins again in any case, one that was interrupted goes on.
+pub fn start(run: &Run, state: State, overwrite: bool) -> Start {
+    match state {
+        State::Missing => Start::Anew,
+        State::Unfinished | State::Failed if !overwrite && run.folder.join(CHECKPOINT).exists() => Start::GoingOn,
+        _ => Start::Replacing,
+    }
+}
+
 /// Whether a run has to be made.
 pub fn state(run: &Run) -> State {
     let Ok(configuration) = file::read_text(&run.folder.join("config.yaml"), MAXIMUM_LENGTH) else {
@@ -87,22 +111,60 @@ pub fn state(run: &Run) -> State {
     }
     let path = run.folder.join("summary.json");
     let Some(summary) = json(&path) else {
-        let failed = run.folder.join(FAILURE).exists();
-        return if failed { State::Failed } else { State::Unfinished };
+        return state_without_summary(run);
     };
     let made = modified(&path);
-    let newer = |file: &String| modified(Path::new(file)) > made;
-    if summary["ranks"] != run.ranks || run.files.iter().any(newer) {
+    if summary["ranks"] != run.ranks || has_newer_file(run, made) {
         return State::Changed;
     }
     if !same_program(&summary["versions"], made) {
         return State::OtherProgram;
     }
-    if summary["status"] == "completed" {
+    if failure(run).is_none() && is_whole(run) {
         State::Done
     } else {
         State::Failed
     }
+}
+
+/// The state of a run that left no word of its end.
+fn state_without_summary(run: &Run) -> State {
+    if has_newer_file(run, modified(&run.folder.join("config.yaml"))) {
+        return State::Changed;
+    }
+    let saved = modified(&run.folder.join(CHECKPOINT));
+    if saved.is_some() && std::env::current_exe().is_ok_and(|program| modified(&program) > saved) {
+        return State::OtherProgram;
+    }
+    if failure(run).is_some() {
+        State::Failed
+    } else {
+        State::Unfinished
+    }
+}
+
+/// Whether a file that the scene names was changed since.
+fn has_newer_file(run: &Run, made: Option<SystemTime>) -> bool {
+    run.files.iter().any(|file| modified(Path::new(file)) > made)
+}
+
+/// Whether the results of a run are those of one that completed: its summary says so, and counts the rows of its history.
+pub fn is_whole(run: &Run) -> bool {
+    let Some(summary) = json(&run.folder.join("summary.json")) else {
+        return false;
+    };
+    let rows = csv::Reader::from_path(run.folder.join("history.csv"))
+        .map(|mut reader| reader.records().take_while(Result::is_ok).count() as u64);
+    // The first row is the initial state.
+    let steps = rows.ok().and_then(|rows| rows.checked_sub(1));
+    summary["status"] == "completed" && steps.is_some() && summary["steps"].as_u64() == steps
+}
+
+/// Why the process of a run failed; `None` where a later one left a summary.
+fn failure(run: &Run) -> Option<Value> {
+    let path = run.folder.join(FAILURE);
+    let record = json(&path)?;
+    (modified(&path) >= modified(&run.folder.join("summary.json"))).then_some(record)
 }
 
 /// The same version and commit; where a commit does not tell all, a program that is not newer than the results.
@@ -137,32 +199,32 @@ pub fn read(run: &Run) -> Outcome {
     if !matches!(status, "completed" | "failed") {
         return outcome;
     }
-    let failure = json(&run.folder.join(FAILURE));
-    outcome.summary = json(&run.folder.join("summary.json"));
-    for source in [&outcome.summary, &failure].into_iter().flatten() {
-        outcome.exit_code = outcome.exit_code.or(source["exit_code"].as_i64());
-        outcome.message = outcome
-            .message
-            .or_else(|| source["message"].as_str().map(str::to_owned));
+    let failure = failure(run);
+    let code = |record: &Value| record["exit_code"].as_i64();
+    // A summary of an earlier run tells nothing of a process that failed before it wrote its own.
+    outcome.summary = json(&run.folder.join("summary.json"))
+        .filter(|summary| failure.as_ref().is_none_or(|failure| code(failure) == code(summary)));
+    for source in [&failure, &outcome.summary].into_iter().flatten() {
+        outcome.exit_code = outcome.exit_code.or(code(source));
+        let message = source["message"].as_str().map(str::to_owned);
+        outcome.message = outcome.message.or(message);
     }
-    if let Some(status) = outcome.summary.as_ref().and_then(|summary| summary["status"].as_str()) {
-        outcome.status = status.to_owned();
+    let told = outcome.summary.as_ref().and_then(|summary| summary["status"].as_str());
+    if let Some(told) = told.filter(|told| *told != "completed") {
+        outcome.status = told.to_owned();
     }
     outcome
 }
 
-/// Removes the ends of earlier runs: one that fails early would leave them.
+/// Removes what an earlier process said of its failure.
 ///
 /// # Errors
-/// They cannot be removed.
+/// It cannot be removed.
 pub fn forget(run: &Run) -> io::Result<()> {
-    for name in [FAILURE, "summary.json", "config.yaml"] {
-        match fs::remove_file(run.folder.join(name)) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-            _ => {}
-        }
+    match fs::remove_file(run.folder.join(FAILURE)) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
     }
-    Ok(())
 }
 
 /// Writes down why a run ended early: its own words where it had any, otherwise `reason`. Returns them.
@@ -178,6 +240,6 @@ pub fn record_failure(run: &Run, exit_code: Option<i32>, reason: &str) -> io::Re
         words => words.join("; "),
     };
     let record = serde_json::json!({"exit_code": exit_code, "message": message});
-    fs::write(run.folder.join(FAILURE), format!("{record:#}\n"))?;
+    create_anew(&run.folder.join(FAILURE))?.write_all(format!("{record:#}\n").as_bytes())?;
     Ok(message)
 }

@@ -2,6 +2,7 @@
 
 use super::file::{ChartKeys, ReferenceKeys, ScalingName, Settings, SlurmKeys, StudyFile, VariantKeys, VaryKeys};
 use super::measure::{History, Measure, Reference};
+use super::outcome::Start;
 use crate::config::arguments::RunArguments;
 use crate::config::file::ScalarOr;
 use crate::config::{Document, Input, KeyPath, did_you_mean, nearest};
@@ -15,6 +16,9 @@ const MAXIMUM_RUNS: usize = 10_000;
 
 /// Most ranks of a run.
 const MAXIMUM_RANKS: usize = 100_000;
+
+/// Longest name of a folder that common file systems take [byte].
+const LONGEST_NAME: usize = 255;
 
 /// Name of the run that the others are compared with.
 const REFERENCE: &str = "reference";
@@ -72,7 +76,7 @@ impl Run {
 
 impl Study {
     /// The words that start a run.
-    pub fn command(&self, run: &Run, program: &str) -> Vec<String> {
+    pub fn command(&self, run: &Run, program: &str, start: Start) -> Vec<String> {
         let mut words = Vec::new();
         if run.ranks > 1 {
             let ranks = run.ranks.to_string();
@@ -83,6 +87,12 @@ impl Study {
             words.extend(["--set".to_owned(), assignment.clone()]);
         }
         words.extend(["--output".to_owned(), run.folder.to_string_lossy().into_owned()]);
+        let option = match start {
+            Start::Anew => None,
+            Start::Replacing => Some("--overwrite"),
+            Start::GoingOn => Some("--restart"),
+        };
+        words.extend(option.map(str::to_owned));
         words
     }
 }
@@ -133,6 +143,7 @@ pub fn read(file: &str, output: Option<&Path>) -> Result<Study, Vec<Problem>> {
     let along = planner.along(&keys.charts, &parameters);
     let launcher = planner.launcher(keys.launcher.as_deref());
     let reference = planner.reference(keys.reference.as_ref(), &measures);
+    planner.slurm(&keys.slurm);
     let runs = planner.runs(&keys, &parameters, &choices, &measures);
     if !planner.document.valid() {
         return Err(planner.document.problems());
@@ -320,6 +331,27 @@ impl Planner {
         words.to_vec()
     }
 
+    /// Texts that become lines of a batch script.
+    fn slurm(&mut self, keys: &SlurmKeys) {
+        let section = KeyPath::root().key("slurm");
+        if let Some(time) = &keys.time {
+            let words = ["UNLIMITED", "INFINITE"];
+            let holds = words.contains(&time.to_uppercase().as_str())
+                || time.starts_with(|letter: char| letter.is_ascii_digit())
+                    && time
+                        .chars()
+                        .all(|letter| letter.is_ascii_digit() || ":-".contains(letter));
+            let message = format!("\"{}\" is no time limit of Slurm", time.escape_debug());
+            self.require(holds, &section.key("time"), message, "MINUTES, HH:MM:SS, DAYS-HH:MM:SS");
+        }
+        for (index, option) in keys.options.iter().enumerate() {
+            let holds = option.starts_with('-') && !option.contains(char::is_control);
+            let message = format!("\"{}\" is no option of sbatch", option.escape_debug());
+            let path = section.key("options").index(index);
+            self.require(holds, &path, message, "one line that begins with -, as --account=name");
+        }
+    }
+
     fn reference(&mut self, keys: Option<&ReferenceKeys>, measures: &[Measure]) -> Reference {
         let path = KeyPath::root().key("reference");
         let Some(keys) = keys else {
@@ -463,10 +495,29 @@ impl Planner {
                 let own = combination.iter().rev().find_map(|choice| choice.ranks);
                 let ranks = own.unwrap_or(ranks);
                 let name = run_name(parameters, &combination, (keys.ranks.is_some()).then_some(ranks));
+                if !self.short(&name) {
+                    return Vec::new();
+                }
                 runs.extend(self.run(name, &combination, ranks, keys, measures));
             }
         }
         runs
+    }
+
+    /// Whether a name can be that of a folder; one that is too long is reported, and is not the only one.
+    fn short(&mut self, name: &str) -> bool {
+        let message = format!(
+            "the folder of a run would have a name of {} letters, {}...",
+            name.len(),
+            &name[..40.min(name.len())]
+        );
+        let expected = format!("shorter names and labels: at most {LONGEST_NAME} letters for all of a run together");
+        self.require(
+            name.len() <= LONGEST_NAME,
+            &KeyPath::root().key("vary"),
+            message,
+            expected,
+        )
     }
 
     /// One run, if its scene is valid and writes what is measured.
@@ -495,6 +546,7 @@ impl Planner {
                 .chain(all.iter().map(|setting| format!("{}={}", setting.key, setting.text)))
                 .collect(),
             restart: false,
+            overwrite: false,
             quiet: false,
             petsc_options: Vec::new(),
         };

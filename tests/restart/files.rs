@@ -56,7 +56,7 @@ fn no_checkpoint_foreign_ones_and_truncated_ones_are_refused() {
         &runs,
         again(),
         1,
-        "its layout is version 99, and this program reads version 1 alone",
+        "its layout is version 99, and this program reads version 2 alone",
     );
     fs::remove_file(&checkpoint).unwrap();
     refused(&runs, again(), 1, "there is no checkpoint to go on from");
@@ -200,10 +200,102 @@ fn damaged_snapshots_do_not_end_a_run() {
     crate::common::snapshots::Snapshots::read(&run.file("points.vtkhdf"));
 }
 
+/// Both tables are looked at before either is cut, and the message says what to do.
 #[test]
-fn a_history_that_was_cut_is_refused() {
+fn a_table_that_was_changed_is_refused() {
     let runs = stopped();
-    let history = runs.bytes("part", "history.csv");
-    fs::write(runs.file("part", "history.csv"), &history[..history.len() / 2]).unwrap();
-    refused(&runs, runs.again("part", 1), 1, "cannot go on with");
+    for name in ["history.csv", "convergence.csv"] {
+        let good = runs.bytes("part", name);
+        let text = String::from_utf8(good.clone()).unwrap();
+        let rows: Vec<&str> = text.lines().collect();
+        let mut swapped = rows.clone();
+        swapped.swap(1, 2);
+        let digit = text.rfind(|letter: char| ('1'..'9').contains(&letter)).unwrap();
+        let changed = [
+            good[..good.len() / 2].to_vec(),
+            [&text[..digit], "9", &text[digit + 1..]].concat().into_bytes(),
+            (swapped.join("\n") + "\n").into_bytes(),
+            "\n".repeat(good.len()).into_bytes(),
+            text.replace('\n', "\r\n").into_bytes(),
+        ];
+        for bytes in changed {
+            fs::write(runs.file("part", name), bytes).unwrap();
+            let run = refused(&runs, runs.again("part", 1), 1, "cannot go on with");
+            assert_eq!(run.complaints(name).len(), 1, "{}", run.stderr);
+            assert_eq!(run.complaints("or move it away").len(), 1, "{}", run.stderr);
+        }
+        fs::write(runs.file("part", name), good).unwrap();
+    }
+    runs.again("part", 1).run().completed();
+}
+
+/// A table that is gone begins where the run goes on; the other stays whole, and from then on so does the new one.
+#[test]
+fn a_table_that_is_gone_begins_anew_with_a_warning() {
+    let runs = Runs::of(BIAXIAL);
+    runs.interrupt("part", 2, 5);
+    let before = runs.bytes("part", "convergence.csv");
+    fs::remove_file(runs.file("part", "history.csv")).unwrap();
+    fs::remove_file(runs.file("part", "points.vtkhdf")).unwrap();
+    let run = runs.again("part", 2).run().completed();
+    for warning in [
+        "history.csv is gone; a new one begins where the run goes on",
+        "points.vtkhdf is gone; a new series of snapshots begins here",
+    ] {
+        assert_eq!(run.stdout.matches(warning).count(), 1, "{}", run.stdout);
+    }
+    assert!(!run.stdout.contains("damaged"), "{}", run.stdout);
+    assert!(runs.bytes("part", "convergence.csv").starts_with(&before));
+    let table = run.history();
+    assert!(table.column("step")[0] > 4.0 && table.last("step") == 24.0);
+    runs.again("part", 1).run().completed();
+}
+
+/// A second mishap does not take what is left of the first.
+#[test]
+fn what_is_put_aside_has_a_name_of_its_own() {
+    let runs = stopped();
+    for name in ["points.damaged.vtkhdf", "points.damaged.2.vtkhdf"] {
+        fs::write(runs.file("part", "points.vtkhdf"), name).unwrap();
+        let run = runs.again("part", 1).run().completed();
+        assert!(run.stdout.contains(name), "{}", run.stdout);
+        assert_eq!(runs.bytes("part", name), name.as_bytes());
+    }
+}
+
+/// The disk is full when a snapshot is due, and still is when the summary would be written: the first is told.
+#[test]
+fn what_failed_first_is_told() {
+    let runs = Runs::of(BIAXIAL);
+    let launch = runs
+        .launch("part", 1)
+        .set(&["output.checkpoint.every=1000", "output.snapshots.every=1"]);
+    let started = launch.start();
+    assert!(crate::scenes::wait_for_rows(
+        &started,
+        &runs.file("part", "history.csv"),
+        3
+    ));
+    fs::create_dir(runs.file("part", "summary.json.part")).unwrap();
+    fs::create_dir(runs.file("part", "checkpoint.h5.part")).unwrap();
+    let run = started.wait().expect_code(1);
+    assert_eq!(run.complaints("error: ").len(), 1, "{}", run.stderr);
+    assert_eq!(run.complaints("checkpoint.h5: ").len(), 1, "{}", run.stderr);
+}
+
+/// A report that cannot be drawn is a warning, and the run is what it is without.
+#[test]
+fn a_report_that_cannot_be_drawn_does_not_fail_a_run() {
+    let runs = Runs::of(BIAXIAL);
+    let launch = runs.launch("whole", 1).set(&["output.report=true"]).with_report();
+    let started = launch.start();
+    assert!(crate::scenes::wait_for_rows(
+        &started,
+        &runs.file("whole", "history.csv"),
+        3
+    ));
+    fs::write(runs.file("whole", "figures"), "in the way").unwrap();
+    let run = started.wait().completed();
+    assert!(run.stdout.contains("warning: no report: "), "{}", run.stdout);
+    assert_eq!(run.summary().text("status"), "completed");
 }

@@ -5,6 +5,7 @@
 mod common;
 
 mod files;
+mod folder;
 mod killed;
 mod ranks;
 mod scenes;

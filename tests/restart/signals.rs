@@ -1,8 +1,9 @@
 //! Signals that ask a run to stop.
 
-use crate::common::launch::Run;
+use crate::common::launch::{Launch, Run};
 use crate::scenes::{BIAXIAL, Runs, wait_for_rows};
 use rustix::process::Signal;
+use std::time::Duration;
 
 /// A run that gets signals once it has five rows.
 fn signalled(runs: &Runs, ranks: usize, signals: &[Signal]) -> Run {
@@ -79,4 +80,32 @@ fn a_second_signal_ends_the_run_at_once() {
     assert!(matches!(run.code(), Some(130 | 143)), "{:?}", run.status);
     assert!(!run.file("summary.json").exists());
     goes_on_as_if_nothing_had_happened(&runs, 1);
+}
+
+/// A scene that takes seconds to build.
+const SLOW: &str = "
+model: {kinematics: three_dimensional}
+grid: {min: [0.0, 0.0, 0.0], max: [1.0, 1.0, 1.0], cell_size: 0.05, basis: linear}
+materials: {rubber: {law: elastic, lame_lambda: 8.0e6, shear_modulus: 6.0e6, coupling_modulus: 1.0e6, alpha: 5.0, beta: 40.0, gamma: 100.0}}
+bodies: [{name: block, material: rubber, shape: {box: {min: [0.0, 0.0, 0.0], max: [1.0, 1.0, 1.0]}}, points_per_cell: 4}]
+boundary: [{face: z_min, fix: [ux, uy, uz], name: base}]
+stages: [{name: rest, steps: 1}]
+";
+
+/// From the first line of the program on, a signal is an order to stop, not an end without a word.
+#[test]
+fn a_signal_before_the_model_is_built_ends_with_four_and_nothing_written() {
+    for (ranks, delay) in [(1, 150), (1, 400), (2, 1200)] {
+        let started = Launch::text(SLOW).ranks(ranks).start();
+        std::thread::sleep(Duration::from_millis(delay));
+        if ranks == 1 {
+            started.signal(Signal::TERM);
+        } else {
+            started.signal(Signal::USR1);
+        }
+        let run = started.wait().expect_code(4);
+        let words = "error: stopped by a signal before the first step; the result folder is as it was";
+        assert_eq!(run.complaints(words).len(), 1, "{}", run.stderr);
+        assert!(!run.file("").exists(), "after {delay} ms");
+    }
 }
