@@ -172,7 +172,8 @@ fn process(words: &[String], run: &Run, interrupt: &Interrupt) -> io::Result<Str
         None => Ok("completed".to_owned()),
         Some((code, reason)) => {
             let message = outcome::record_failure(run, code, &reason)?;
-            Ok(format!("failed ({message})"))
+            let how = if interrupt.requested() { "interrupted" } else { "failed" };
+            Ok(format!("{how} ({message})"))
         }
     }
 }

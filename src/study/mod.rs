@@ -27,7 +27,7 @@ use crate::interrupt::Interrupt;
 use crate::output::lock::{FolderLock, Writer};
 use launch::Launcher;
 pub use launch::{is_one_of_many, refusal};
-use outcome::State;
+use outcome::{Start, State};
 use plan::Study;
 
 /// Does what the user asks of a study. Not to be called in a process that has started MPI.
@@ -70,8 +70,13 @@ fn list(study: &Study, program: &str, overwrite: bool) -> Result<(), Error> {
     for (number, run) in study.runs.iter().enumerate() {
         let state = outcome::state(run);
         count += usize::from(state != State::Done);
-        let command = study.command(run, program, outcome::start(run, state, overwrite));
-        console::say(format_args!("{:3}  {}  [{state}]", number + 1, run.name));
+        let start = outcome::start(run, state, overwrite);
+        let command = study.command(run, program, start);
+        let how = match start {
+            Start::GoingOn => "to do: goes on from its checkpoint".to_owned(),
+            Start::Anew | Start::Replacing => state.to_string(),
+        };
+        console::say(format_args!("{:3}  {}  [{how}]", number + 1, run.name));
         console::say(format_args!("     {}", launch::shell_line(&command)));
     }
     console::say(format_args!("{} runs, {count} to do", study.runs.len()));

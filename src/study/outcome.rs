@@ -93,6 +93,8 @@ pub enum Start {
 /// How to start a run that is due; unless it begins again in any case, one that was interrupted goes on.
 pub fn start(run: &Run, state: State, overwrite: bool) -> Start {
     match state {
+        // What lies in a folder without a configuration is not of this study.
+        _ if !overwrite && !run.folder.join("config.yaml").exists() => Start::Anew,
         State::Missing => Start::Anew,
         State::Unfinished | State::Failed if !overwrite && run.folder.join(CHECKPOINT).exists() => Start::GoingOn,
         _ => Start::Replacing,
