@@ -526,7 +526,8 @@ fn a_second_study_in_a_folder_is_refused() {
 fn names_in_a_batch_script_are_names() {
     let case = Case::new("");
     let folder = case.path("a folder #1 with 50%j");
-    study(&case.path("study.yaml"), &folder, &["--slurm"]).completed();
+    // Its folder is where the tasks run.
+    let _written = study(&case.path("study.yaml"), &folder, &["--slurm"]).completed();
     let text = std::fs::read_to_string(folder.join("study.slurm")).unwrap();
     let shown = folder.to_string_lossy().replace('%', "%%");
     let line = format!("#SBATCH --output=\"{shown}/slurm_%a.txt\"");

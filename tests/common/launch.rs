@@ -248,6 +248,11 @@ pub struct Started {
 }
 
 impl Started {
+    /// Process number of the program, or of the `mpirun` that started it.
+    pub fn process(&self) -> Pid {
+        Pid::from_raw(self.child.id() as i32).expect("a process has a positive number")
+    }
+
     /// Process numbers of the ranks: the children of `mpirun` that run the program.
     pub fn ranks(&self) -> Vec<Pid> {
         children_of(self.child.id(), "mpm-petsc")

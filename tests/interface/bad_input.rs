@@ -202,7 +202,8 @@ fn an_earlier_result_folder_is_not_touched() {
         with("max: [0.02, 0.02]}}, points", "max: [0.02, 0.05]}}, points"),
     ];
     for text in wrong {
-        Launch::text(&text).output(&folder).ranks(2).run().expect_code(2);
+        let launch = Launch::text(&text).output(&folder).with(&["--overwrite"]);
+        launch.ranks(2).run().expect_code(2);
         assert!(contents() == before, "a file was touched");
         assert_eq!(std::fs::read_dir(&folder).expect("the folder").count(), names.len());
     }

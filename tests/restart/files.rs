@@ -282,20 +282,3 @@ fn what_failed_first_is_told() {
     assert_eq!(run.complaints("error: ").len(), 1, "{}", run.stderr);
     assert_eq!(run.complaints("checkpoint.h5: ").len(), 1, "{}", run.stderr);
 }
-
-/// A report that cannot be drawn is a warning, and the run is what it is without.
-#[test]
-fn a_report_that_cannot_be_drawn_does_not_fail_a_run() {
-    let runs = Runs::of(BIAXIAL);
-    let launch = runs.launch("whole", 1).set(&["output.report=true"]).with_report();
-    let started = launch.start();
-    assert!(crate::scenes::wait_for_rows(
-        &started,
-        &runs.file("whole", "history.csv"),
-        3
-    ));
-    fs::write(runs.file("whole", "figures"), "in the way").unwrap();
-    let run = started.wait().completed();
-    assert!(run.stdout.contains("warning: no report: "), "{}", run.stdout);
-    assert_eq!(run.summary().text("status"), "completed");
-}
