@@ -77,10 +77,14 @@ fn as_on_the_root<T>(world: &World, own: Result<T, Error>) -> Result<T, Error> {
 fn take_alone(output: &OutputSettings, intent: Intent) -> Result<(Option<FolderLock>, Vec<String>), Error> {
     let folder = &output.directory;
     let checkpoint = checkpoint::path_in(folder);
-    if intent == Intent::Restart && !checkpoint.exists() {
-        return Err(Error::System(no_checkpoint(&checkpoint)));
+    let missing = || Error::System(no_checkpoint(&checkpoint));
+    if intent == Intent::Restart && !folder.exists() {
+        return Err(missing());
     }
     let lock = FolderLock::take(folder, Writer::Run)?;
+    if intent == Intent::Restart && !checkpoint.exists() {
+        return Err(missing());
+    }
     let mut notes: Vec<String> = lock
         .warning()
         .map(|text| format!("warning: {text}"))

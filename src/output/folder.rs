@@ -163,7 +163,7 @@ fn put_aside_before(folder: &Path) -> Vec<PathBuf> {
 /// Creates a file in the place of what has its name; a symbolic link goes and is not followed.
 pub fn create_anew(path: &Path) -> io::Result<fs::File> {
     match fs::remove_file(path) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
         _ => fs::File::create_new(path),
     }
 }

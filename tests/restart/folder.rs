@@ -60,7 +60,7 @@ fn refused(launch: Launch, folder: &Path, code: i32, pieces: &[&str]) -> Run {
 fn a_second_writer_is_refused_while_the_first_goes_on() {
     let runs = Runs::of(BIAXIAL);
     let started = runs.launch("part", 1).start();
-    assert!(wait_for_rows(&started, &runs.file("part", "history.csv"), 3));
+    assert!(wait_for_rows(&started, &runs.file("part", "history.csv"), 6));
     // It stands still, so that what is in the folder can be compared.
     started.signal(Signal::STOP);
     let folder = runs.directory("part");
