@@ -3,6 +3,7 @@
 use super::checkpoint;
 use crate::config::{Change, changes_of_scene, read_back};
 use crate::error::Error;
+use crate::file;
 use crate::output::checkpoint::no_checkpoint;
 use crate::output::folder::results_in;
 use crate::output::lock::{FolderLock, Writer};
@@ -12,6 +13,9 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
+
+/// Longest text of an earlier run that is looked at [byte].
+const LONGEST: u64 = 1 << 30;
 
 /// What a run does with results that lie in its folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -216,7 +220,7 @@ impl Earlier {
 }
 
 fn text_of(folder: &Path, name: &str) -> Option<String> {
-    fs::read_to_string(folder.join(name)).ok()
+    file::read_text(&folder.join(name), LONGEST).ok()
 }
 
 /// Rows of a history without that of the initial state.

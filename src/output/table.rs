@@ -60,6 +60,10 @@ impl Table {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
             opened => opened.map_err(|error| failed(&error))?,
         };
+        // Reading a pipe would wait for ever.
+        if !file.metadata().is_ok_and(|metadata| metadata.is_file()) {
+            return Err(failed(&"it is no regular file"));
+        }
         let hasher = checksum(&file, expected.length).map_err(|error| failed(&error))?;
         if hasher.as_ref().map(|hasher| hasher.clone().finalize()) != Some(expected.checksum) {
             return Err(failed(

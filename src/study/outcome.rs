@@ -155,7 +155,8 @@ pub fn is_whole(run: &Run) -> bool {
     let Some(summary) = json(&run.folder.join("summary.json")) else {
         return false;
     };
-    let rows = csv::Reader::from_path(run.folder.join("history.csv"))
+    let rows = file::open(&run.folder.join("history.csv"))
+        .map(csv::Reader::from_reader)
         .map(|mut reader| reader.records().take_while(Result::is_ok).count() as u64);
     // The first row is the initial state.
     let steps = rows.ok().and_then(|rows| rows.checked_sub(1));

@@ -3,6 +3,7 @@
 use super::outcome::{self, State};
 use super::plan::Study;
 use crate::error::Error;
+use crate::file;
 use crate::output::folder::write_atomically;
 use serde::{Deserialize, Serialize};
 use std::fs;
@@ -10,6 +11,9 @@ use std::path::{Path, PathBuf};
 
 /// What the study that writes a folder leaves there.
 const RECORD: &str = "study.json";
+
+/// Longest study or record that is looked at [byte].
+const LONGEST: u64 = 1 << 26;
 
 /// The study that made a folder.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -20,15 +24,15 @@ struct Record {
 }
 
 impl Record {
-    fn of(file: &str) -> Self {
+    fn of(name: &str) -> Self {
         Record {
-            study: fs::canonicalize(file).unwrap_or_else(|_| PathBuf::from(file)),
-            checksum: crc32fast::hash(&fs::read(file).unwrap_or_default()),
+            study: fs::canonicalize(name).unwrap_or_else(|_| PathBuf::from(name)),
+            checksum: crc32fast::hash(&file::read(Path::new(name), LONGEST).unwrap_or_default()),
         }
     }
 
     fn read(folder: &Path) -> Option<Self> {
-        serde_json::from_str(&fs::read_to_string(folder.join(RECORD)).ok()?).ok()
+        serde_json::from_str(&file::read_text(&folder.join(RECORD), LONGEST).ok()?).ok()
     }
 
     fn is_of_one_study(&self, other: &Record) -> bool {
@@ -40,8 +44,8 @@ impl Record {
 ///
 /// # Errors
 /// It holds another study, unless that may be overwritten; it cannot be written.
-pub fn claim(study: &Study, file: &str, overwrite: bool) -> Result<(), Error> {
-    let own = Record::of(file);
+pub fn claim(study: &Study, name: &str, overwrite: bool) -> Result<(), Error> {
+    let own = Record::of(name);
     if let Some(other) = other_study(study, &own).filter(|_| !overwrite) {
         return Err(Error::Command(format!(
             "{} holds {other}; accepted: another folder with --output DIR, or --overwrite to replace what is not \
