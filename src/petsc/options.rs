@@ -5,6 +5,7 @@ use std::ffi::CString;
 use std::path::{Path, PathBuf};
 
 use super::error::PetscError;
+use crate::console;
 use crate::file::read_text;
 use crate::parallel::World;
 
@@ -78,6 +79,9 @@ fn fault(options: &[String]) -> Option<String> {
 
 /// What is wrong with options that stand one after the other.
 fn in_words(words: &[String], place: &str, display: bool) -> Option<String> {
+    if let Some(word) = words.iter().find(|word| word.contains(console::is_command)) {
+        return Some(format!("`{word}` in {place} holds control characters"));
+    }
     let mut after_name = false;
     for word in words {
         let name = is_name(word);
@@ -209,6 +213,7 @@ mod tests {
             ("-on_error_abort", "-on_error_abort"),
             ("-mpi_linear_solver_server 1", "-mpi_linear_solver_server"),
             ("-ksp_monitor draw::draw_lg", "draw::draw_lg"),
+            ("-ksp_type \u{1b}[2J", "control characters"),
         ] {
             let message = wrong(text).unwrap_or_default();
             assert!(message.contains(name), "{text}: {message}");

@@ -73,8 +73,14 @@ fn end(reason: Arguments<'_>) -> ! {
     let length = line.position() as usize;
     // SAFETY: the bytes are those of the array; the functions take no locks and no memory.
     unsafe {
-        if LET_OTHERS_SPEAK.load(Ordering::Relaxed) {
-            libc::sleep(HEAD_START);
+        let mut rest = if LET_OTHERS_SPEAK.load(Ordering::Relaxed) {
+            HEAD_START
+        } else {
+            0
+        };
+        while rest > 0 {
+            // Signals end a sleep early.
+            rest = libc::sleep(rest);
         }
         libc::write(libc::STDERR_FILENO, line.get_ref().as_ptr().cast(), length);
         libc::_exit(FAILURE)
