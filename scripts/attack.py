@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Attacks the program with wrong, damaged and hostile input, and counts what it survives.
 
-Usage: attack.py PROGRAM [--long] [--seed N] [--only KIND ..] [--table FILE]
-  PROGRAM   the program, such as target/debug/mpm-petsc; a build with debug assertions finds more
+Usage: attack.py [PROGRAM] [--long] [--seed N] [--only KIND ..] [--table FILE]
+  PROGRAM   the program; that of `cargo build` unless given, whose debug assertions find more
   --long    ten times as many attacks: half an hour and more instead of a few minutes
   --seed    another sequence of random attacks; the same seed gives the same attacks
   --only    only these kinds, by the names in the table
@@ -21,15 +21,16 @@ import sys
 import time
 from pathlib import Path
 
-from attacks.program import Bench
 from attacks import machine, texts
+from attacks.inputs import ROOT
+from attacks.program import Bench
 
 KINDS = {**texts.KINDS, **machine.KINDS}
 
 
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("program", type=Path)
+    parser.add_argument("program", type=Path, nargs="?", default=ROOT / "target" / "debug" / "mpm-petsc")
     parser.add_argument("--long", action="store_true")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", nargs="+", choices=sorted(KINDS), metavar="KIND")

@@ -13,7 +13,7 @@ from .texts import PLAIN, flipped, write
 STEADY = [*PLAIN, "--set", "output.checkpoint.every=1", "--set", "output.snapshots.every=2"]
 
 # Steps of a run that is to be ended on its way.
-STEPS = 60
+STEPS = 40
 
 
 def sizes(bench, random, factor):

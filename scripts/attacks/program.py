@@ -46,7 +46,7 @@ class How:
 
     ranks: int = 1
     # Seconds; on a machine with other work to do everything takes several times as long.
-    limit: float = 60.0
+    limit: float = 180.0
     # Most bytes of address space of each process.
     memory: int | None = None
     environment: dict | None = None
