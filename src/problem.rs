@@ -18,6 +18,15 @@ pub struct Problem {
     pub expected: String,
 }
 
+/// A number for a message: as one would type it, with an exponent where it had many zeros.
+pub fn figure(value: f64) -> String {
+    match value.abs() {
+        1e-5..1e15 => value.to_string(),
+        0.0 => "0".to_owned(),
+        _ => format!("{value:e}"),
+    }
+}
+
 impl fmt::Display for Problem {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         if !self.file.is_empty() {
@@ -35,5 +44,24 @@ impl fmt::Display for Problem {
             write!(out, " (accepted: {})", self.expected)?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::figure;
+
+    #[test]
+    fn figures_stay_short() {
+        for (value, text) in [
+            (0.25, "0.25"),
+            (-3.0, "-3"),
+            (0.0, "0"),
+            (1e308, "1e308"),
+            (-2.5e-12, "-2.5e-12"),
+            (f64::NEG_INFINITY, "-inf"),
+        ] {
+            assert_eq!(figure(value), text);
+        }
     }
 }

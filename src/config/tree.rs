@@ -400,18 +400,23 @@ impl Builder<'_> {
     }
 
     fn report(&mut self, place: Place, message: &str, expected: &str) {
-        let path = self.path().to_string();
-        self.problems
-            .push(problem(self.file, Some(place), &path, message, expected));
+        self.report_at(&self.path(), place, message, expected);
     }
 
     fn report_key(&mut self, place: Place, key: &str, message: &str) {
-        let path = self.path().key(key).to_string();
-        self.problems
-            .push(problem(self.file, Some(place), &path, message, "each key once"));
+        self.report_at(&self.path().key(key), place, message, "each key once");
     }
 
+    fn report_at(&mut self, path: &Path, place: Place, message: &str, expected: &str) {
+        if self.problems.len() < MAXIMUM_PROBLEMS {
+            let problem = problem(self.file, Some(place), &path.to_string(), message, expected);
+            self.problems.push(problem);
+        }
+    }
+
+    /// What was found so far, and last what ends the reading.
     fn fatal(&mut self, place: Place, message: &str, expected: &str) -> Vec<Problem> {
+        self.problems.truncate(MAXIMUM_PROBLEMS - 1);
         self.report(place, message, expected);
         std::mem::take(&mut self.problems)
     }
@@ -465,6 +470,16 @@ mod tests {
         );
         assert!(messages[1].contains("aliases"));
         assert!(messages[2].contains("tags"));
+    }
+
+    #[test]
+    fn a_list_of_mistakes_ends() {
+        let (_, problems) = parse("a.yaml", &format!("a: [{}]\n", "!t x,".repeat(90_000))).unwrap();
+        assert_eq!(problems.len(), MAXIMUM_PROBLEMS);
+        // What ends the reading is told last, however much was wrong before.
+        let problems = parse("a.yaml", &format!("a: [{}]\n", "!t x,".repeat(2 * MAXIMUM_NODES))).unwrap_err();
+        assert_eq!(problems.len(), MAXIMUM_PROBLEMS);
+        assert!(problems[MAXIMUM_PROBLEMS - 1].message.contains("too long"));
     }
 
     #[test]

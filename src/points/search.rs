@@ -173,10 +173,14 @@ fn reach_outside<C: Continuum, const D: usize>(
         reach = reach.max(half - x).max(x + half - grid.cells[axis] as f64);
     }
     if reach > LARGEST_OVERHANG {
+        let reach = if reach < 100.0 {
+            format!("{reach:.3}")
+        } else {
+            format!("{reach:.3e}")
+        };
         let what = format!(
-            "its domain around {} sticks {:.3} of a cell out of the grid; up to {LARGEST_OVERHANG} is dropped",
-            coordinates(points.position[p].as_slice()),
-            reach
+            "its domain around {} sticks {reach} of a cell out of the grid; up to {LARGEST_OVERHANG} is dropped",
+            coordinates(points.position[p].as_slice())
         );
         return Err(misplaced(points, p, what));
     }

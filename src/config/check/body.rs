@@ -7,6 +7,7 @@ use crate::config::path::Path;
 use crate::grid::region::Shape;
 use crate::points::placement::Placement;
 use crate::points::seed::{Body, PointSource};
+use crate::problem::figure;
 use crate::scene::BasisKind;
 
 /// More points per cell and axis than this are a slip of the pen.
@@ -137,18 +138,20 @@ impl Check<'_> {
             let beyond = |end: f64, over: bool| end.is_finite() && over && shape.has_tight_bounds();
             let sticks_out =
                 beyond(low[axis], low[axis] < min - tolerance) || beyond(high[axis], high[axis] > max + tolerance);
-            let misses = low[axis] >= max || high[axis] <= min || low[axis] >= high[axis];
+            let misses = low[axis] >= max || high[axis] <= min;
             let name = ["x", "y", "z"][axis];
-            let message = format!(
-                "the body reaches from {} to {} along {name}, beyond the grid",
-                low[axis], high[axis]
-            );
-            if !self.require(
-                !(sticks_out || misses),
+            // No shape is empty by itself; a common part may be.
+            let (meets, from, to) = (low[axis] < high[axis], figure(low[axis]), figure(high[axis]));
+            let message = format!("the shapes do not meet along {name}: one begins at {from}, another ends at {to}");
+            let meets = self.require(
+                meets,
                 path,
                 message,
-                format!("a body between {min} and {max}"),
-            ) {
+                "shapes with a common part, or any: [..] for their union",
+            );
+            let message = format!("the body reaches from {from} to {to} along {name}, beyond the grid");
+            let expected = format!("a body between {} and {}", figure(min), figure(max));
+            if !meets || !self.require(!(sticks_out || misses), path, message, expected) {
                 return;
             }
         }

@@ -5,6 +5,7 @@ use super::boundary::face_axis;
 use crate::condition::dirichlet::GridPlane;
 use crate::config::file::{BasisName, BoundaryKeys, FaceName, OneOrPerAxis, ScalarOr};
 use crate::config::path::Path;
+use crate::problem::figure;
 use crate::scene::{BasisKind, GridSettings};
 
 /// Largest number of nodes: an index of them must fit into 32 bits.
@@ -88,7 +89,11 @@ impl Check<'_> {
         let mut right = true;
         for axis in 0..self.kinematics.dimension() {
             extent[axis] = max[axis] - min[axis];
-            let message = format!("{} is not larger than grid.min[{axis}] = {}", max[axis], min[axis]);
+            let message = format!(
+                "{} is not larger than grid.min[{axis}] = {}",
+                figure(max[axis]),
+                figure(min[axis])
+            );
             let holds = extent[axis] > 0.0 && extent[axis].is_finite();
             right &= self.require(
                 holds,

@@ -4,6 +4,7 @@ use super::Check;
 use crate::config::file::{AxisName, BallKeys, BoxKeys, CylinderKeys, PolygonKeys, RingSectorKeys, ShapeKeys};
 use crate::config::path::Path;
 use crate::grid::region::Shape;
+use crate::problem::figure;
 use crate::scene::Kinematics;
 
 /// Where something lies along an axis: axis, lower and upper end.
@@ -58,7 +59,11 @@ impl Check<'_> {
         }
         let mut right = true;
         for axis in 0..3 {
-            let message = format!("{} is not larger than min[{axis}] = {}", max[axis], min[axis]);
+            let message = format!(
+                "{} is not larger than min[{axis}] = {}",
+                figure(max[axis]),
+                figure(min[axis])
+            );
             right &= self.require(
                 max[axis] > min[axis],
                 &path.key("max").index(axis),
@@ -105,13 +110,17 @@ impl Check<'_> {
             self.require(
                 inner >= 0.0,
                 &path.key("inner_radius"),
-                format!("{inner} is negative"),
+                format!("{} is negative", figure(inner)),
                 "a number >= 0",
             ),
             self.require(
                 keys.outer_radius > inner || !self.sound(&path.key("inner_radius")),
                 &path.key("outer_radius"),
-                format!("{} is not larger than inner_radius = {inner}", keys.outer_radius),
+                format!(
+                    "{} is not larger than inner_radius = {}",
+                    figure(keys.outer_radius),
+                    figure(inner)
+                ),
                 "outer_radius > inner_radius",
             ),
             self.require(
@@ -120,7 +129,8 @@ impl Check<'_> {
                 &path.key("to_angle"),
                 format!(
                     "{} does not follow from_angle = {} by at most 360",
-                    keys.to_angle, keys.from_angle
+                    figure(keys.to_angle),
+                    figure(keys.from_angle)
                 ),
                 "from_angle < to_angle <= from_angle + 360",
             ),
@@ -207,7 +217,7 @@ impl Check<'_> {
             None => 2,
         };
         let (min, max) = (min?, max?);
-        let message = format!("{max} is not larger than min = {min}");
+        let message = format!("{} is not larger than min = {}", figure(max), figure(min));
         self.require(max > min, &path.key("max"), message, "max > min")
             .then_some((axis, min, max))
     }
