@@ -98,6 +98,8 @@ impl GridSettings {
 pub struct NamedMaterial {
     pub name: String,
     pub spec: MaterialSpec,
+    /// Index of the material of the file that regions made it of; `None` for a material of the file.
+    pub made_of: Option<usize>,
 }
 
 #[derive(Clone, Debug)]

@@ -106,10 +106,10 @@ fn plane_strain_is_enough(scene: &Scene, unknowns: usize) -> Option<String> {
     let axis =
         (0..3).find(|&axis| out_of_plane(axis, unknowns).all(|component| held_everywhere(scene, component, axis)))?;
     let name = ["x", "y", "z"][axis];
+    let in_plane = scene.continuum.unknowns(2).len();
     Some(format!(
-        "nothing can move along {name}: kinematics: plane_strain gives the same with {} instead of {unknowns} \
-         unknowns per node",
-        if unknowns == 3 { 2 } else { 3 }
+        "nothing can move along {name}: kinematics: plane_strain gives the same with {in_plane} instead of {unknowns} \
+         unknowns per node"
     ))
 }
 
@@ -156,16 +156,16 @@ fn cells_and_lengths(scene: &Scene) -> Vec<String> {
     let largest = edges.iter().copied().fold(0.0, f64::max);
     let smallest = edges.iter().copied().fold(f64::INFINITY, f64::min);
     let mut advice = Vec::new();
-    // Variants that regions make follow the materials of the file and have their lengths.
-    for material in scene
-        .materials
-        .iter()
-        .filter(|material| !material.name.contains(" in regions["))
-    {
-        let MaterialSpec::Elastoplastic(_, plastic) = &material.spec else {
+    for material in &scene.materials {
+        let Some(internal) = plastic_length(&material.spec) else {
             continue;
         };
-        let (name, internal) = (&material.name, plastic.plastic_length);
+        // What regions made of a material is told of where its length is another.
+        let origin = material.made_of.map(|origin| &scene.materials[origin].spec);
+        if origin.and_then(plastic_length) == Some(internal) {
+            continue;
+        }
+        let name = &material.name;
         let (cells, verdict) = if largest > internal {
             let verdict = "larger than the internal length of";
             (
@@ -190,6 +190,13 @@ fn cells_and_lengths(scene: &Scene) -> Vec<String> {
         ));
     }
     advice
+}
+
+fn plastic_length(spec: &MaterialSpec) -> Option<f64> {
+    match spec {
+        MaterialSpec::Elastoplastic(_, plastic) => Some(plastic.plastic_length),
+        MaterialSpec::Elastic(_) | MaterialSpec::Sandstone(_) => None,
+    }
 }
 
 fn too_many_points(points: u64, active_cells: u64) -> Option<String> {

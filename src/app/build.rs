@@ -59,7 +59,8 @@ pub fn build<C: Fields<D, N> + Laws, const D: usize, const N: usize>(
     process: &Process,
 ) -> Result<Built<C, D, N>, Error> {
     let (mut model, points_per_body, scarce) = unloaded(world, scene, source)?;
-    let mut warnings: Vec<String> = scarce.into_iter().collect();
+    let mut warnings = source.warnings.clone();
+    warnings.extend(scarce);
     process.go_on(world)?;
     let mut problems = empty_bodies(source, &points_per_body);
     let columns = select(world, scene, source, &mut model, &mut problems);
@@ -578,10 +579,13 @@ fn check_boundaries<C: Fields<D, N>, const D: usize, const N: usize>(
             let message = "none of its nodes is touched by a body";
             problems.push(source.problem(&path, message, "a face or plane of nodes that a body reaches"));
         } else {
-            warnings.push(format!(
-                "{path} ({}) acts on no node until a body reaches it",
-                boundary.name
-            ));
+            // One without a name is called by its place.
+            let name = if boundary.name == path {
+                String::new()
+            } else {
+                format!(" ({})", boundary.name)
+            };
+            warnings.push(format!("{path}{name} acts on no node until a body reaches it"));
         }
     }
     warnings

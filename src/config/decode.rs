@@ -50,6 +50,8 @@ pub struct Findings {
     pub problems: Vec<Problem>,
     /// Paths of values that are not what the user meant: what follows from them is not worth a message.
     pub unsound: Vec<Path>,
+    /// What can be run but may not be meant, in sentences.
+    pub warnings: Vec<String>,
 }
 
 impl Findings {
@@ -133,11 +135,11 @@ pub fn decode<T: DeserializeOwned>(source: &Source, findings: &mut Findings) -> 
             }
             Err(failure) => failure,
         };
-        let (path, message) = failure.place_and_message();
+        let (path, message, expected) = failure.place_and_message();
         // Reported once and kept for all later passes; the rest is found again by them. A missing key that was reported
         // as misspelled is not missing.
         if !pass.unsound.contains(&path) {
-            lasting.problems.push(source.problem_at(&path, message, String::new()));
+            lasting.problems.push(source.problem_at(&path, message, expected));
         }
         *findings = pass;
         findings.problems.clone_from(&lasting.problems);
@@ -182,6 +184,8 @@ pub struct Failure {
 #[derive(Debug)]
 enum FailureKind {
     Missing(&'static str),
+    /// A message, and what is accepted.
+    Refused(String, String),
     Other(String),
 }
 
@@ -192,11 +196,20 @@ impl Failure {
         self
     }
 
-    fn place_and_message(self) -> (Path, String) {
+    /// Place, message, and what is accepted there as far as serde knows.
+    fn place_and_message(self) -> (Path, String, String) {
         let path = self.path.unwrap_or_default();
         match self.kind {
-            FailureKind::Missing(key) => (path.key(key), "this key is missing".to_owned()),
-            FailureKind::Other(message) => (path, message),
+            FailureKind::Missing(key) => (path.key(key), "this key is missing".to_owned(), String::new()),
+            FailureKind::Refused(message, accepted) => (path, message, accepted),
+            FailureKind::Other(message) => (path, message, String::new()),
+        }
+    }
+
+    fn refused(message: String, accepted: String) -> Failure {
+        Failure {
+            path: None,
+            kind: FailureKind::Refused(message, accepted),
         }
     }
 }
@@ -205,7 +218,7 @@ impl fmt::Display for Failure {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.kind {
             FailureKind::Missing(key) => write!(out, "missing key {key}"),
-            FailureKind::Other(message) => write!(out, "{message}"),
+            FailureKind::Refused(message, _) | FailureKind::Other(message) => write!(out, "{message}"),
         }
     }
 }
@@ -225,6 +238,21 @@ impl de::Error for Failure {
             path: None,
             kind: FailureKind::Missing(field),
         }
+    }
+
+    fn unknown_variant(typed: &str, accepted: &'static [&'static str]) -> Failure {
+        let hint = did_you_mean(nearest(typed, accepted.iter().copied()));
+        let message = format!("\"{}\" is not accepted{hint}", shorten(typed));
+        Failure::refused(message, accepted.join(", "))
+    }
+
+    fn invalid_type(found: de::Unexpected<'_>, expected: &dyn de::Expected) -> Failure {
+        let found = match found {
+            de::Unexpected::Seq => "a list".to_owned(),
+            de::Unexpected::Map => "a mapping of keys".to_owned(),
+            other => other.to_string(),
+        };
+        Failure::refused(format!("{found} is not accepted"), expected.to_string())
     }
 }
 
@@ -322,14 +350,17 @@ impl<'de> de::Deserializer<'de> for Decoder<'_> {
     type Error = Failure;
 
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Failure> {
-        match &self.node.value {
-            Value::Plain(text) | Value::Quoted(text) => visitor
-                .visit_str(text)
-                .map_err(|failure: Failure| failure.at(&self.path)),
-            Value::List(_) => self.deserialize_seq(visitor),
-            Value::Mapping(_) => self.deserialize_map(visitor),
-            Value::Hole => visitor.visit_unit().map_err(|failure: Failure| failure.at(&self.path)),
-        }
+        let result = match &self.node.value {
+            Value::Plain(text) => match number(text) {
+                Some(number) => visitor.visit_f64(number),
+                None => visitor.visit_str(text),
+            },
+            Value::Quoted(text) => visitor.visit_str(text),
+            Value::List(_) => return self.deserialize_seq(visitor),
+            Value::Mapping(_) => return self.deserialize_map(visitor),
+            Value::Hole => visitor.visit_unit(),
+        };
+        result.map_err(|failure: Failure| failure.at(&self.path))
     }
 
     fn deserialize_bool<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Failure> {

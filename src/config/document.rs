@@ -35,7 +35,11 @@ impl<T: DeserializeOwned> Document<T> {
         })?;
         let (root, problems) = tree::parse_keys(file, &text, keys)?;
         let unsound = problems.iter().map(|problem| Path::parse(&problem.path)).collect();
-        let mut findings = Findings { problems, unsound };
+        let mut findings = Findings {
+            problems,
+            unsound,
+            ..Findings::default()
+        };
         let mark = kind::mark_of_a_scene(&root);
         let source = Source::new(file, root);
         if let Some(mark) = mark {

@@ -77,13 +77,16 @@ impl Input {
     /// # Errors
     /// Everything that is wrong, in the order of the file.
     pub fn scene(&self) -> Result<(Scene, Source), Vec<Problem>> {
-        let (source, mut findings) = self.source()?;
+        let (mut source, mut findings) = self.source()?;
         let scene = decode::<ConfigFile>(&source, &mut findings)
             .ok()
             .filter(|_| !findings.full())
             .and_then(|config| check::check(&config, &source, &self.files, &mut findings));
         match scene {
-            Some(scene) if findings.problems.is_empty() => Ok((scene, source)),
+            Some(scene) if findings.problems.is_empty() => {
+                source.warnings = findings.warnings;
+                Ok((scene, source))
+            }
             _ => {
                 findings.sort();
                 Err(findings.problems)
@@ -124,7 +127,11 @@ impl Input {
                 Source::new(&self.file_name, root).problem_with_file(&mark, message, expected),
             ]);
         }
-        let mut findings = Findings { problems, unsound };
+        let mut findings = Findings {
+            problems,
+            unsound,
+            ..Findings::default()
+        };
         overrides::apply(&mut root, &self.overrides, &mut findings);
         Ok((Source::new(&self.file_name, root), findings))
     }

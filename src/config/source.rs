@@ -9,6 +9,8 @@ use crate::problem::Problem;
 pub struct Source {
     file: String,
     root: Node,
+    /// What can be run as it is given but may not be meant, in sentences.
+    pub warnings: Vec<String>,
 }
 
 impl Source {
@@ -17,6 +19,7 @@ impl Source {
         Source {
             file: file.to_owned(),
             root,
+            warnings: Vec::new(),
         }
     }
 

@@ -30,6 +30,9 @@ pub fn resolved(config: &ConfigFile, files: &Files, directory: &str) -> Value {
         };
         body.placement.get_or_insert(placement);
     }
+    for material in config.materials.values_mut() {
+        material.cone_fit = material.cone().map(|cone| cone.fit);
+    }
     let first_stage = config.stages.first().map(|stage| stage.name.clone());
     let stages_of_boundary = config.boundary.iter_mut().map(|entry| &mut entry.stage);
     for stage in stages_of_boundary.chain(config.loads.iter_mut().map(|entry| &mut entry.stage)) {

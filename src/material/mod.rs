@@ -3,6 +3,7 @@
 mod active;
 #[cfg(test)]
 pub(crate) mod check;
+pub mod cone_fit;
 mod curve;
 mod dense;
 pub mod driver;

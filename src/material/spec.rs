@@ -1,6 +1,8 @@
 //! Parameters of the laws: the keys that a user sets, and the resolved numbers that a law is built from.
 
+use super::cone_fit::{ConeFit, FittedCone, NamedFit};
 use crate::continuum::ContinuumKind;
+use crate::problem::figure;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -130,6 +132,15 @@ pub enum MaterialSpec {
 }
 
 impl MaterialSpec {
+    /// k of a law with a yield surface [Pa].
+    pub fn strength(&self) -> Option<f64> {
+        match self {
+            MaterialSpec::Elastic(_) => None,
+            MaterialSpec::Elastoplastic(_, plastic) => Some(plastic.yield_strength),
+            MaterialSpec::Sandstone(parameters) => parameters.plastic.map(|plastic| plastic.strength),
+        }
+    }
+
     /// What ties rotations to displacements [Pa].
     pub fn coupling_modulus(&self) -> f64 {
         match self {
@@ -217,13 +228,14 @@ pub struct MaterialKeys {
     pub beta: Option<f64>,
     /// Half the coefficient of the symmetric part of Gamma [N], >= 0.
     pub gamma: Option<f64>,
-    /// Friction angle [degrees], >= 0 and < 90.
+    /// Friction angle of Mohr and Coulomb [degrees], >= 0 and < 90. How the cone stands for it, `cone_fit` says.
     pub friction_angle: Option<f64>,
-    /// Dilatancy angle [degrees], >= 0 and < 90.
+    /// Dilatancy angle [degrees], >= 0 and < 90; the potential is a cone with the same `cone_fit`.
     pub dilatancy_angle: Option<f64>,
-    /// Cohesion [Pa], > 0. Either this or `yield_strength`.
+    /// Cohesion of Mohr and Coulomb [Pa], > 0. Either this or `yield_strength`.
     pub cohesion: Option<f64>,
-    /// Generalised shear stress q at first yield without pressure, k [Pa], > 0.
+    /// Generalised shear stress q at first yield without pressure, k [Pa], > 0. For a soil of undrained shear strength c_u:
+    /// sqrt(3) c_u in plane strain, 2 c_u in triaxial compression.
     pub yield_strength: Option<f64>,
     /// Increase of the yield strength with the equivalent plastic strain, H [Pa]; 0 unless set.
     pub hardening_modulus: Option<f64>,
@@ -231,8 +243,14 @@ pub struct MaterialKeys {
     pub plastic_length: Option<f64>,
     /// Coupling modulus over shear modulus, Gc/G [-], >= 0 (sandstone).
     pub coupling_ratio: Option<f64>,
-    /// Fit A of the cone to Mohr-Coulomb [-], -1 (circumscribed) to 1 (inscribed); 1 unless set (sandstone).
-    pub cone_fit: Option<f64>,
+    /// Where the cone of friction angle, dilatancy angle and cohesion equals Mohr and Coulomb's pyramid: `compression`, in
+    /// triaxial compression (through the outer corners); `extension`, in triaxial extension (through the inner corners);
+    /// `plane_strain`, at failure in plane strain, for any dilatancy angle; `inscribed`, the cone within the pyramid that touches
+    /// its faces, which is `plane_strain` with a dilatancy angle equal to the friction angle; or the number A of 6 sin/(3 + A sin) [-],
+    /// -1 (`compression`) to 1 (`extension`). `compression` unless set, for `law: sandstone` `extension`. Textbook values of
+    /// a plane problem ask for `plane_strain`: there `compression` is stronger, for 30 degrees as 44 degrees without
+    /// dilatancy.
+    pub cone_fit: Option<ConeFit>,
     /// Increase of the yield strength by hardening, h_delta [Pa], >= 0; 0 unless set (sandstone).
     pub hardening_stress: Option<f64>,
     /// Rate of the hardening with the equivalent plastic strain, h_exp [-], > 0 (sandstone).
@@ -286,14 +304,18 @@ const PLASTIC_LENGTH: &str = "plastic_length";
 /// How the sandstone law spells the coupling of the rotations.
 const COUPLING_RATIO: &str = "coupling_ratio";
 
+/// The one key that is a word or a number.
+pub const CONE_FIT: &str = "cone_fit";
+
 fn belongs_to_rotations(key: &str) -> bool {
     ROTATION_KEYS.contains(&key) || key == PLASTIC_LENGTH || key == COUPLING_RATIO
 }
 
-const DRUCKER_PRAGER_KEYS: [&str; 6] = [
+const DRUCKER_PRAGER_KEYS: [&str; 7] = [
     "friction_angle",
     "dilatancy_angle",
     "cohesion",
+    CONE_FIT,
     "yield_strength",
     "hardening_modulus",
     "plastic_length",
@@ -305,7 +327,7 @@ const SANDSTONE_YIELD_KEYS: [&str; 9] = [
     "friction_angle",
     "dilatancy_angle",
     "plastic_length",
-    "cone_fit",
+    CONE_FIT,
     "hardening_stress",
     "hardening_rate",
     "dilation_rate",
@@ -342,49 +364,75 @@ impl LawName {
 }
 
 impl MaterialKeys {
-    /// The keys that hold numbers, by name.
-    pub fn numbers_mut(&mut self) -> [(&'static str, &mut Option<f64>); 29] {
-        [
-            ("density", &mut self.density),
-            ("lame_lambda", &mut self.lame_lambda),
-            ("shear_modulus", &mut self.shear_modulus),
-            ("bulk_modulus", &mut self.bulk_modulus),
-            ("youngs_modulus", &mut self.youngs_modulus),
-            ("poisson_ratio", &mut self.poisson_ratio),
-            ("coupling_modulus", &mut self.coupling_modulus),
-            ("coupling_number", &mut self.coupling_number),
-            ("bending_length", &mut self.bending_length),
-            ("torsion_length", &mut self.torsion_length),
-            ("polar_ratio", &mut self.polar_ratio),
-            ("alpha", &mut self.alpha),
-            ("beta", &mut self.beta),
-            ("gamma", &mut self.gamma),
-            ("friction_angle", &mut self.friction_angle),
-            ("dilatancy_angle", &mut self.dilatancy_angle),
-            ("cohesion", &mut self.cohesion),
-            ("yield_strength", &mut self.yield_strength),
-            ("hardening_modulus", &mut self.hardening_modulus),
-            ("plastic_length", &mut self.plastic_length),
-            ("coupling_ratio", &mut self.coupling_ratio),
-            ("cone_fit", &mut self.cone_fit),
-            ("hardening_stress", &mut self.hardening_stress),
-            ("hardening_rate", &mut self.hardening_rate),
-            ("dilation_rate", &mut self.dilation_rate),
-            ("apex_rounding", &mut self.apex_rounding),
-            ("damage_length", &mut self.damage_length),
-            ("softening_modulus", &mut self.softening_modulus),
-            ("max_damage", &mut self.max_damage),
-        ]
+    /// The keys that hold numbers and are set, by name.
+    pub fn numbers_mut(&mut self) -> impl Iterator<Item = (&'static str, &mut f64)> {
+        let numbers = [
+            ("density", self.density.as_mut()),
+            ("lame_lambda", self.lame_lambda.as_mut()),
+            ("shear_modulus", self.shear_modulus.as_mut()),
+            ("bulk_modulus", self.bulk_modulus.as_mut()),
+            ("youngs_modulus", self.youngs_modulus.as_mut()),
+            ("poisson_ratio", self.poisson_ratio.as_mut()),
+            ("coupling_modulus", self.coupling_modulus.as_mut()),
+            ("coupling_number", self.coupling_number.as_mut()),
+            ("bending_length", self.bending_length.as_mut()),
+            ("torsion_length", self.torsion_length.as_mut()),
+            ("polar_ratio", self.polar_ratio.as_mut()),
+            ("alpha", self.alpha.as_mut()),
+            ("beta", self.beta.as_mut()),
+            ("gamma", self.gamma.as_mut()),
+            ("friction_angle", self.friction_angle.as_mut()),
+            ("dilatancy_angle", self.dilatancy_angle.as_mut()),
+            ("cohesion", self.cohesion.as_mut()),
+            ("yield_strength", self.yield_strength.as_mut()),
+            ("hardening_modulus", self.hardening_modulus.as_mut()),
+            ("plastic_length", self.plastic_length.as_mut()),
+            ("coupling_ratio", self.coupling_ratio.as_mut()),
+            (CONE_FIT, self.cone_fit.as_mut().and_then(ConeFit::number_mut)),
+            ("hardening_stress", self.hardening_stress.as_mut()),
+            ("hardening_rate", self.hardening_rate.as_mut()),
+            ("dilation_rate", self.dilation_rate.as_mut()),
+            ("apex_rounding", self.apex_rounding.as_mut()),
+            ("damage_length", self.damage_length.as_mut()),
+            ("softening_modulus", self.softening_modulus.as_mut()),
+            ("max_damage", self.max_damage.as_mut()),
+        ];
+        numbers.into_iter().filter_map(|(key, number)| Some((key, number?)))
     }
 
     /// Names of the keys that hold numbers and are set.
     pub fn numbers_set(&self) -> Vec<&'static str> {
-        self.clone()
-            .numbers_mut()
-            .iter()
-            .filter(|(_, value)| value.is_some())
-            .map(|(key, _)| *key)
-            .collect()
+        self.clone().numbers_mut().map(|(key, _)| key).collect()
+    }
+
+    /// Names of the keys beside the law that are set.
+    fn keys_set(&self) -> Vec<&'static str> {
+        let mut set = self.numbers_set();
+        set.extend(self.bounded_stiffness.map(|_| "bounded_stiffness"));
+        if matches!(self.cone_fit, Some(ConeFit::Named(_))) {
+            set.push(CONE_FIT);
+        }
+        set
+    }
+
+    /// The fit of the cone: unless set, that of the paper that the law comes from.
+    fn fit(&self) -> ConeFit {
+        let default = match self.law {
+            LawName::Sandstone => NamedFit::Extension,
+            LawName::Elastic | LawName::DruckerPrager | LawName::VonMises => NamedFit::Compression,
+        };
+        self.cone_fit.unwrap_or(ConeFit::Named(default))
+    }
+
+    /// The cone of a law that fits one to a friction angle, where that is set.
+    pub fn cone(&self) -> Option<FittedCone> {
+        let has_cone = matches!(self.law, LawName::DruckerPrager | LawName::Sandstone);
+        let (friction, dilatancy) = self.friction_angle.zip(self.dilatancy_angle).filter(|_| has_cone)?;
+        Some(FittedCone {
+            fit: self.fit(),
+            friction: friction.to_radians(),
+            dilatancy: dilatancy.to_radians(),
+        })
     }
 
     /// Whether a key is set that only a body with rotations has.
@@ -455,7 +503,7 @@ impl Checks<'_> {
     /// Reports a value that is outside its bounds.
     fn bound(&mut self, key: &'static str, value: f64, within: bool, bounds: &str) -> bool {
         if !within {
-            self.report(key, format!("{value} is out of bounds"), bounds);
+            self.report(key, format!("{} is out of bounds", figure(value)), bounds);
         }
         within
     }
@@ -474,11 +522,11 @@ impl Checks<'_> {
 
     /// Which of a group of keys are set.
     fn set_of(&self, group: &[&'static str]) -> Vec<&'static str> {
-        let mut set = self.keys.numbers_set();
-        if self.keys.bounded_stiffness == Some(true) {
-            set.push("bounded_stiffness");
-        }
+        let mut set = self.keys.keys_set();
         set.retain(|key| group.contains(key));
+        if self.keys.bounded_stiffness == Some(false) {
+            set.retain(|key| *key != "bounded_stiffness");
+        }
         set
     }
 
@@ -506,10 +554,7 @@ impl Checks<'_> {
         } else {
             accepted.retain(|key| *key != PLASTIC_LENGTH);
         }
-        let mut set = self.keys.numbers_set();
-        if self.keys.bounded_stiffness.is_some() {
-            set.push("bounded_stiffness");
-        }
+        let set = self.keys.keys_set();
         for key in set.into_iter().filter(|key| !accepted.contains(key)) {
             let message = if !rotations && belongs_to_rotations(key) {
                 "a classical continuum has no rotations and does not know this key"
@@ -529,7 +574,10 @@ impl Checks<'_> {
         let chosen = choices.iter().position(same);
         if chosen.is_none() {
             let accepted: Vec<_> = choices.iter().map(|choice| choice.join(" and ")).collect();
-            let accepted = format!("either {}", accepted.join(", or "));
+            let accepted = match accepted.as_slice() {
+                [only] => only.clone(),
+                several => format!("either {}", several.join(", or ")),
+            };
             match set.as_slice() {
                 [] => self.report("", format!("{what} is missing"), accepted),
                 [.., last] => {
@@ -611,8 +659,9 @@ impl Checks<'_> {
                 let (lambda, mu) = (keys.lame_lambda?, keys.shear_modulus?);
                 if mu > 0.0 && 3.0 * lambda + 2.0 * mu <= 0.0 {
                     let message = format!(
-                        "{lambda} makes 3 lame_lambda + 2 shear_modulus = {}",
-                        3.0 * lambda + 2.0 * mu
+                        "{} makes 3 lame_lambda + 2 shear_modulus = {}",
+                        figure(lambda),
+                        figure(3.0 * lambda + 2.0 * mu)
                     );
                     self.report("lame_lambda", message, "3 lame_lambda + 2 shear_modulus > 0");
                 }
@@ -676,15 +725,28 @@ impl Checks<'_> {
         }
     }
 
-    /// An angle in radians.
-    fn angle(&mut self, key: &'static str, degrees: Option<f64>) -> Option<f64> {
+    /// Whether an angle is given and within its bounds.
+    fn angle(&mut self, key: &'static str, degrees: Option<f64>) -> bool {
+        let accepted = "an angle in degrees, >= 0 and < 90";
         let Some(degrees) = degrees else {
-            self.report(key, "this key is missing", "an angle in degrees, >= 0 and < 90");
-            return None;
+            self.report(key, "this key is missing", accepted);
+            return false;
         };
-        let within = (0.0..90.0).contains(&degrees);
-        self.bound(key, degrees, within, "an angle in degrees, >= 0 and < 90")
-            .then(|| degrees.to_radians())
+        self.bound(key, degrees, (0.0..90.0).contains(&degrees), accepted)
+    }
+
+    /// Both angles with the fit of the cone to them.
+    fn cone(&mut self) -> Option<FittedCone> {
+        let keys = self.keys;
+        let angles = [
+            self.angle("friction_angle", keys.friction_angle),
+            self.angle("dilatancy_angle", keys.dilatancy_angle),
+        ];
+        if let Some(ConeFit::Number(number)) = keys.cone_fit {
+            let within = (-1.0..=1.0).contains(&number);
+            self.bound(CONE_FIT, number, within, &ConeFit::accepted());
+        }
+        keys.cone().filter(|_| !angles.contains(&false))
     }
 
     /// The classical return is a division by the fall of the yield function along it.
@@ -693,28 +755,29 @@ impl Checks<'_> {
         let fall = 3.0 * elastic.mu + bulk * plastic.friction_slope * plastic.dilatancy_slope;
         let hardening = plastic.hardening_modulus;
         if !self.continuum.has_rotations() && hardening <= -fall {
-            let message = format!("{hardening} softens faster than the stress of a point can fall");
-            self.report("hardening_modulus", message, format!("a number > {}", -fall));
+            let message = format!(
+                "{} softens faster than the stress of a point can fall",
+                figure(hardening)
+            );
+            self.report("hardening_modulus", message, format!("a number > {}", figure(-fall)));
         }
     }
 
     fn drucker_prager(&mut self, tolerance: f64) -> Option<PlasticParameters> {
         let keys = self.keys;
-        let friction = self.angle("friction_angle", keys.friction_angle);
-        let dilatancy = self.angle("dilatancy_angle", keys.dilatancy_angle);
+        let cone = self.cone();
         let strength = self.choose("the strength", &[&["cohesion"], &["yield_strength"]]);
         self.positive("cohesion", keys.cohesion);
         self.positive("yield_strength", keys.yield_strength);
         let plastic_length = self.plastic_length();
-        let (friction, dilatancy) = (friction?, dilatancy?);
-        let slope = |angle: f64| 6.0 * angle.sin() / (3.0 - angle.sin());
+        let cone = cone?;
         let yield_strength = match strength? {
-            0 => 6.0 * keys.cohesion? * friction.cos() / (3.0 - friction.sin()),
+            0 => cone.strength(keys.cohesion?),
             _ => keys.yield_strength?,
         };
         Some(PlasticParameters {
-            friction_slope: slope(friction),
-            dilatancy_slope: slope(dilatancy),
+            friction_slope: cone.friction_slope(),
+            dilatancy_slope: cone.dilatancy_slope(),
             yield_strength,
             hardening_modulus: keys.hardening_modulus.unwrap_or(0.0),
             plastic_length: plastic_length?,
@@ -778,12 +841,9 @@ impl Checks<'_> {
             }
             return Some(None);
         }
-        let friction = self.angle("friction_angle", keys.friction_angle);
-        let dilatancy = self.angle("dilatancy_angle", keys.dilatancy_angle);
+        let cone = self.cone();
         let cohesion = self.required_positive("cohesion", keys.cohesion, "a stress in Pa, > 0");
         let plastic_length = self.plastic_length();
-        let fit = keys.cone_fit.unwrap_or(1.0);
-        self.bound("cone_fit", fit, (-1.0..=1.0).contains(&fit), "a number from -1 to 1");
         self.not_negative("hardening_stress", keys.hardening_stress);
         self.not_negative("dilation_rate", keys.dilation_rate);
         self.positive("hardening_rate", keys.hardening_rate);
@@ -795,21 +855,20 @@ impl Checks<'_> {
                 "a number > 0 with hardening_stress",
             );
         }
-        let (friction, dilatancy) = (friction?, dilatancy?);
-        let slope = |angle: f64| 6.0 * angle.sin() / (3.0 + fit * angle.sin());
-        let strength = 6.0 * cohesion? * friction.cos() / (3.0 + fit * friction.sin());
+        let cone = cone?;
+        let strength = cone.strength(cohesion?);
         let rounding = keys.apex_rounding.unwrap_or(APEX_ROUNDING * strength);
         let within = rounding >= 0.0 && rounding < strength;
         self.bound(
             "apex_rounding",
             rounding,
             within,
-            &format!("a stress >= 0 and < {strength} (the strength in shear)"),
+            &format!("a stress >= 0 and < {} (the strength in shear)", figure(strength)),
         );
         Some(Some(SandstoneYield {
             strength,
-            friction_slope: slope(friction),
-            dilatancy_slope: slope(dilatancy),
+            friction_slope: cone.friction_slope(),
+            dilatancy_slope: cone.dilatancy_slope(),
             hardening_stress,
             hardening_rate: keys.hardening_rate.unwrap_or(0.0),
             dilation_rate: keys.dilation_rate.unwrap_or(0.0),

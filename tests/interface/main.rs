@@ -15,4 +15,5 @@ mod report;
 mod scenes;
 mod shapes;
 mod stopping;
+mod strength;
 mod templates;

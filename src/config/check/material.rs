@@ -1,14 +1,17 @@
 //! Materials, and the variants of them that regions make.
 
 use super::Check;
+use super::strength::assumed_cone;
 use crate::config::file::RegionKeys;
 use crate::config::nearest::{did_you_mean, nearest};
 use crate::config::path::Path;
 use crate::config::tree::shorten;
 use crate::grid::region::{Bounds, Shape, intersection};
-use crate::material::spec::{MaterialKeys, MaterialSpec};
+use crate::material::cone_fit::ConeFit;
+use crate::material::spec::{CONE_FIT, MaterialKeys, MaterialSpec};
 use crate::points::seed::Region;
-use crate::scene::NamedMaterial;
+use crate::problem::figure;
+use crate::scene::{Kinematics, NamedMaterial};
 
 /// More variants than this come from regions that overlap each other by mistake.
 const MAXIMUM_VARIANTS: usize = 10_000;
@@ -16,12 +19,21 @@ const MAXIMUM_VARIANTS: usize = 10_000;
 /// A material of the file, or what regions have made of it.
 struct Variant {
     name: String,
+    /// The material of the file that regions made it of; `None` where it is that itself.
+    made_of: Option<usize>,
     keys: MaterialKeys,
     spec: MaterialSpec,
     /// Whether a body is made of it.
     used: bool,
     /// Where it can occur.
     bounds: Bounds,
+}
+
+impl Variant {
+    /// Whether the fit of its cone is a word.
+    fn has_named_fit(&self) -> bool {
+        matches!(self.keys.cone_fit, Some(ConeFit::Named(_)))
+    }
 }
 
 /// Materials with their specific properties; `density` goes into loads.
@@ -66,11 +78,18 @@ impl Check<'_> {
             let bounds = ([f64::NEG_INFINITY; 3], [f64::INFINITY; 3]);
             variants.extend(spec.map(|spec| Variant {
                 name: name.clone(),
+                made_of: None,
                 keys: keys.clone(),
                 spec,
                 used,
                 bounds,
             }));
+        }
+        if self.kinematics == Kinematics::PlaneStrain {
+            let used = variants.iter().filter(|variant| variant.used);
+            self.findings
+                .warnings
+                .extend(used.filter_map(|variant| assumed_cone(&variant.name, &variant.keys, &variant.spec)));
         }
         let mut regions = Vec::new();
         for (index, keys) in config.regions.iter().enumerate() {
@@ -87,6 +106,7 @@ impl Check<'_> {
             named: NamedMaterial {
                 name: variant.name,
                 spec: variant.spec,
+                made_of: variant.made_of,
             },
         };
         let materials = everything.then(|| variants.into_iter().map(material).collect());
@@ -109,13 +129,17 @@ impl Check<'_> {
             .all(|body| self.config.materials.contains_key(&body.material));
         for (key, factor) in &keys.scale {
             let place = path.key(key);
-            let hint = did_you_mean(nearest(key, set.iter().copied()));
-            let message = format!("no material of a body sets \"{}\"{hint}", shorten(key));
+            let message = if key == CONE_FIT && variants.iter().any(|variant| variant.used && variant.has_named_fit()) {
+                "a cone_fit that is a word cannot be scaled".to_owned()
+            } else {
+                let hint = did_you_mean(nearest(key, set.iter().copied()));
+                format!("no material of a body sets \"{}\"{hint}", shorten(key))
+            };
             self.require(set.contains(&key.as_str()) || !known, &place, message, set.join(", "));
             self.require(
                 *factor > 0.0,
                 &place,
-                format!("the factor {factor} is out of bounds"),
+                format!("the factor {} is out of bounds", figure(*factor)),
                 "a number > 0",
             );
         }
@@ -154,6 +178,7 @@ impl Check<'_> {
             replace.push((from, variants.len()));
             variants.push(Variant {
                 name,
+                made_of: variants[from].made_of.or(Some(from)),
                 keys: scaled,
                 spec,
                 used: true,
@@ -177,7 +202,7 @@ impl Check<'_> {
 fn scale(keys: &mut MaterialKeys, region: &RegionKeys) -> bool {
     let mut any = false;
     for (name, value) in keys.numbers_mut() {
-        if let (Some(factor), Some(value)) = (region.scale.get(name), value.as_mut()) {
+        if let Some(factor) = region.scale.get(name) {
             *value *= factor;
             any = true;
         }

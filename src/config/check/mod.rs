@@ -14,6 +14,7 @@ mod point_file;
 mod selection;
 mod shape;
 mod solver;
+mod strength;
 mod verification;
 mod weak;
 
@@ -26,6 +27,7 @@ use super::source::Source;
 use super::tree::shorten;
 use crate::material::spec::MaterialKeys;
 use crate::points::elements::MeshSettings;
+use crate::problem::figure;
 use crate::scene::{ContinuumKind, GridSettings, Kinematics, Scene};
 
 /// The scene that a configuration describes, or `None` with the reasons in `findings`.
@@ -172,7 +174,8 @@ impl Check<'_> {
 
     /// A number above zero.
     fn positive(&mut self, path: &Path, value: f64) -> Option<f64> {
-        let right = self.require(value > 0.0, path, format!("{value} is out of bounds"), "a number > 0");
+        let message = format!("{} is out of bounds", figure(value));
+        let right = self.require(value > 0.0, path, message, "a number > 0");
         (right && self.sound(path)).then_some(value)
     }
 
