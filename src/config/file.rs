@@ -435,8 +435,11 @@ pub struct PolygonKeys {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PointsKeys {
-    /// CSV file, relative to the configuration: position, volume, half-lengths of the domain (`x, y, volume, lx, ly`, or
-    /// `x, y, z, volume, lx, ly, lz`) in m and m3; a first line of names and lines that begin with `#` are passed over.
+    /// CSV file, relative to the configuration: position, volume and half-lengths of the domain in m and m3, with a thickness
+    /// of 1 m in plane strain. Columns have the names in the first line, in any order: `x`, `y`, `z` (or `position_x` ..),
+    /// `volume` (`vol`) and `lx`, `ly`, `lz` (`half_length_x` ..), in small or capital letters, a unit in brackets behind;
+    /// without names the order is `x, y, volume, lx, ly`, or `x, y, z, volume, lx, ly, lz`. Commas, semicolons or tabs
+    /// separate columns; decimals have points. Lines that begin with `#` are passed over.
     pub file: String,
 }
 
@@ -806,9 +809,9 @@ pub struct PathKeys {
     pub wryness: Option<Vec<Vec<f64>>>,
     /// Nonlocal damage field at the end [-], where the continuum has one; zero unless set.
     pub alpha: Option<f64>,
-    /// CSV file of states, relative to the configuration, with names in its first line: any of `F_xx` to `F_zz`, `rotation_x`
-    /// to `rotation_z`, `wryness_xx` to `wryness_zz` and `alpha`, the others as without deformation; further columns that `point`
-    /// prints are passed over.
+    /// CSV file of states (written like one of points), relative to the configuration, with names in its first line: any of
+    /// `F_xx` to `F_zz`, `rotation_x` to `rotation_z`, `wryness_xx` to `wryness_zz` and `alpha`, the others as without
+    /// deformation; further columns that `point` prints are passed over.
     pub file: Option<String>,
 }
 

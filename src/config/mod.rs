@@ -2,7 +2,7 @@
 //!
 //! In reading order: `tree` (YAML that knows its lines), `decode` (serde over it, going on after a problem), `file` (what
 //! may be typed), `check` (what makes sense), `input` (where the text comes from), `arguments` (the command line),
-//! `schema` (what editors and the manual are told of `file`); `document` reads other files in the same way, and `kind` tells
+//! `schema` (what editors and the manual are told of `file`); `table` reads files of numbers; `document` reads other files in the same way, and `kind` tells
 //! them from scenes.
 
 pub mod arguments;
@@ -19,6 +19,7 @@ mod path;
 pub mod point;
 mod schema;
 mod source;
+pub mod table;
 pub mod tree;
 mod write;
 

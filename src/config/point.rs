@@ -6,6 +6,7 @@ use super::input::Files;
 use super::nearest::{did_you_mean, nearest};
 use super::path::Path;
 use super::source::Source;
+use super::table::{LineProblem, Table};
 use super::tree::shorten;
 use crate::material::driver::Deformation;
 use crate::material::spec::MaterialSpec;
@@ -251,13 +252,13 @@ impl PointCheck<'_> {
             }
         };
         let read = read_states(text);
-        if let Err((line, message, expected)) = &read {
+        for problem in read.as_ref().err().into_iter().flatten() {
             self.findings.problems.push(Problem {
-                file,
-                place: Some((*line, 1)),
+                file: file.clone(),
+                place: Some((problem.line, 1)),
                 path: "path.file".to_owned(),
-                message: message.clone(),
-                expected: expected.clone(),
+                message: problem.message.clone(),
+                expected: problem.expected.clone(),
             });
         }
         read.ok()
@@ -277,74 +278,62 @@ fn is_classical(deformation: &Deformation) -> bool {
     deformation.rotation == Vector3::zeros() && deformation.wryness == Matrix3::zeros()
 }
 
-type LineProblem = (usize, String, String);
-
 /// Reads states by the names of their columns.
-fn read_states(text: &str) -> Result<Vec<Deformation>, LineProblem> {
-    let lines = text.lines().enumerate().map(|(index, line)| (index + 1, line.trim()));
-    let mut lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
+fn read_states(text: &str) -> Result<Vec<Deformation>, Vec<LineProblem>> {
     let accepted = "F_xx to F_zz, rotation_x to rotation_z, wryness_xx to wryness_zz, alpha";
-    let (first, names) = lines
-        .next()
-        .ok_or((1, "the file holds no states".to_owned(), accepted.to_owned()))?;
-    let names: Vec<_> = names.split(',').map(str::trim).collect();
-    for (position, name) in names.iter().enumerate() {
-        if !is_column(name) {
-            return Err((
-                first,
-                format!("unknown column \"{}\"", shorten(name)),
-                accepted.to_owned(),
-            ));
-        }
-        if names[..position].contains(name) {
-            return Err((
-                first,
-                format!("the column \"{name}\" appears twice"),
-                "each column once".to_owned(),
-            ));
-        }
-    }
+    let refuse = |line: usize, message: String, expected: &str| Err(vec![LineProblem::new(line, message, expected)]);
+    let table = Table::open(text).map_err(|problem| vec![problem])?;
+    let quantities = columns();
+    let known: Vec<&str> = quantities.iter().map(String::as_str).collect();
+    let find = |name: &str| Ok(known.iter().position(|other| other.eq_ignore_ascii_case(name)));
+    let columns = table.columns(&known, accepted, find)?;
+    let Some(names) = table.names() else {
+        let (line, message) = match table.rows().next() {
+            Some((line, _)) => (line, "there are no names of columns"),
+            None => (1, "the file holds no states"),
+        };
+        return refuse(line, message.to_owned(), accepted);
+    };
     let mut states = Vec::new();
-    for (line, fields) in lines {
-        let fields: Vec<_> = fields.split(',').map(str::trim).collect();
+    for (line, fields) in table.rows() {
         if fields.len() != names.len() {
             let message = format!("{} columns instead of {}", fields.len(), names.len());
-            return Err((line, message, "a number for every column".to_owned()));
+            return refuse(line, message, "a number for every column");
         }
         if states.len() == MAXIMUM_STEPS {
-            return Err((
-                line,
-                format!("more than {MAXIMUM_STEPS} states"),
-                "fewer states".to_owned(),
-            ));
+            return refuse(line, format!("more than {MAXIMUM_STEPS} states"), "fewer states");
         }
         let mut state = Deformation::default();
-        for (name, field) in names.iter().zip(fields) {
-            let Some(entry) = entry_of(&mut state, name) else {
+        for (name, column) in known.iter().zip(&columns) {
+            let (Some(column), Some(entry)) = (column, entry_of(&mut state, name)) else {
                 continue;
             };
-            *entry = number(field).ok_or_else(|| {
+            let field = &fields[*column];
+            let Some(value) = number(field) else {
                 let message = format!("{name}: \"{}\" is not a number", shorten(field));
-                (line, message, "a finite number".to_owned())
-            })?;
+                return refuse(line, message, "a finite number");
+            };
+            *entry = value;
         }
         states.push(state);
     }
     if states.is_empty() {
-        return Err((
-            first,
-            "the file holds no states".to_owned(),
-            "a line of numbers per state".to_owned(),
-        ));
+        let message = "the file holds no states".to_owned();
+        return refuse(table.line_of_names(), message, "a line of numbers per state");
     }
     Ok(states)
 }
 
-fn is_column(name: &str) -> bool {
-    let of_components = |(base, component): (&str, &str)| {
-        COLUMNS.contains(&base) && (TENSOR.contains(&component) || matches!(component, "x" | "y" | "z"))
+/// Names of all columns that `point` prints.
+fn columns() -> Vec<String> {
+    let components = |base: &str| {
+        let components = TENSOR.iter().chain(&["x", "y", "z"]);
+        components
+            .map(|component| format!("{base}_{component}"))
+            .collect::<Vec<_>>()
     };
-    SINGLE_COLUMNS.contains(&name) || name.rsplit_once('_').is_some_and(of_components)
+    let several = COLUMNS.iter().flat_map(|base| components(base));
+    several.chain(SINGLE_COLUMNS.map(str::to_owned)).collect()
 }
 
 /// The number of a state that a column holds, if it is one that a path prescribes.
@@ -376,6 +365,8 @@ mod tests {
         assert_eq!(states.len(), 2);
         assert_eq!((states[0].gradient[(0, 1)], states[0].gradient[(0, 0)]), (0.5, 1.0));
         assert_eq!((states[0].rotation[2], states[0].wryness[(2, 0)]), (0.25, 3.0));
+        let again = read_states("\u{feff}ROTATION_Z;f_xy [-];Wryness zx [1/m]\r\n0.25;0.5;3\r\n0;1;0\r\n").unwrap();
+        assert_eq!(again, states);
     }
 
     #[test]
@@ -387,10 +378,13 @@ mod tests {
             ("F_xx,F_xx\n1,1\n", 1, "twice"),
             ("F_xx,F_xy\n1,0\n1\n", 3, "1 columns instead of 2"),
             ("F_xx\nnan\n", 2, "not a number"),
+            ("1,2\n", 1, "no names of columns"),
+            ("F_xx;F_xy\n1,1;0,5\n", 2, "decimal commas"),
+            ("F_xx,wrynes_zx\n1,0\n", 1, "did you mean \"wryness_zx\"?"),
         ] {
-            let problem = read_states(text).unwrap_err();
-            assert_eq!(problem.0, line, "{text}: {problem:?}");
-            assert!(problem.1.contains(message), "{text}: {problem:?}");
+            let problems = read_states(text).unwrap_err();
+            assert_eq!((problems.len(), problems[0].line), (1, line), "{text}: {problems:?}");
+            assert!(problems[0].message.contains(message), "{text}: {problems:?}");
         }
     }
 }

@@ -3,6 +3,7 @@
 use super::file::{MeasureKeys, OneOrSeveral};
 use super::outcome::Outcome;
 use crate::config::file::ScalarOr;
+use crate::config::table::{Table, plain_name};
 use crate::file::read_text;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -299,34 +300,43 @@ pub struct History {
 }
 
 impl History {
-    /// Reads a CSV file with a head line.
+    /// Reads a CSV file with a line of names.
     ///
     /// # Errors
-    /// It cannot be read, its rows differ in length, or it has none.
+    /// It cannot be read, its columns cannot be told apart, its rows differ in length, or it has none.
     pub fn read(path: &Path) -> Result<History, String> {
         let name = path.display();
         let text = read_text(path, MAXIMUM_TABLE).map_err(|reason| format!("{name}: {reason}"))?;
-        let mut reader = csv::Reader::from_reader(text.as_bytes());
-        let head = reader.headers().map_err(|error| format!("{name}: {error}"))?.clone();
-        let mut columns = vec![Vec::new(); head.len()];
-        for row in reader.records() {
-            let row = row.map_err(|error| format!("{name}: {error}"))?;
-            for (column, cell) in columns.iter_mut().zip(&row) {
-                column.push(cell.trim().parse().unwrap_or(f64::NAN));
+        let table = Table::open(&text).map_err(|problem| format!("{name}:{}: {}", problem.line, problem.message))?;
+        let names = table.names().ok_or_else(|| format!("{name} has no names of columns"))?;
+        let mut columns = vec![Vec::new(); names.len()];
+        for (line, fields) in table.rows() {
+            if fields.len() != names.len() {
+                let (found, needed) = (fields.len(), names.len());
+                return Err(format!("{name}:{line}: {found} columns instead of {needed}"));
+            }
+            for (column, field) in columns.iter_mut().zip(&fields) {
+                column.push(field.parse().unwrap_or(f64::NAN));
             }
         }
         if columns.first().is_none_or(Vec::is_empty) {
             return Err(format!("{name} has no rows"));
         }
-        let names = head.iter().map(|name| name.trim().to_owned());
         Ok(History {
-            columns: names.zip(columns).collect(),
+            columns: names.iter().cloned().zip(columns).collect(),
         })
     }
 
-    /// A column of numbers alone.
+    /// Names of the columns.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.columns.keys().map(String::as_str)
+    }
+
+    /// A column of numbers alone; another program may write its name in other letters, or with a unit.
     pub fn column(&self, name: &str) -> Option<&[f64]> {
-        let column = self.columns.get(name)?;
+        let alike = |(other, _): &(&String, _)| plain_name(other) == plain_name(name);
+        let written_otherwise = || self.columns.iter().find(alike).map(|(_, column)| column);
+        let column = self.columns.get(name).or_else(written_otherwise)?;
         column.iter().all(|value| value.is_finite()).then_some(column)
     }
 
@@ -390,6 +400,29 @@ mod tests {
         assert_eq!(read(at(0.0)), Some(vec![0.0]));
         assert_eq!(read(at(-3.5)), None, "never reached");
         assert_eq!(read(Kind::Max("absent".into())), None);
+    }
+
+    #[test]
+    fn tables_of_other_programs_are_read() {
+        let path = std::env::temp_dir().join(format!("mpm-petsc-table-{}.csv", std::process::id()));
+        let read = |text: &str| {
+            std::fs::write(&path, text).unwrap();
+            History::read(&path)
+        };
+        let table = read("\u{feff}Settlement [m];stage;force\r\n0.5;push;1e3\r\n1.0;push;2e3\r\n").unwrap();
+        assert_eq!(table.column("settlement"), Some([0.5, 1.0].as_slice()));
+        assert_eq!(table.column("force"), Some([1e3, 2e3].as_slice()));
+        assert_eq!((table.column("stage"), table.column("moment")), (None, None));
+        for (text, message) in [
+            ("a;b\n0,5;1\n", ".csv:2: the numbers have decimal commas"),
+            ("a,b\n1,2\n3\n", ".csv:3: 1 columns instead of 2"),
+            ("1,2\n", "has no names of columns"),
+            ("a,b\n", "has no rows"),
+        ] {
+            let problem = read(text).unwrap_err();
+            assert!(problem.contains(message), "{problem}");
+        }
+        std::fs::remove_file(&path).unwrap();
     }
 
     #[test]

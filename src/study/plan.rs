@@ -390,17 +390,7 @@ impl Planner {
                 run: None,
                 values: None,
                 file: Some(file),
-            } => {
-                let place = path.key("file");
-                match History::read(&self.directory.join(file)) {
-                    Ok(table) => Reference::Table(table),
-                    Err(message) => {
-                        self.document
-                            .report(&place, message, "a CSV file with a head line and numbers");
-                        Reference::None
-                    }
-                }
-            }
+            } => self.reference_table(&path.key("file"), file, measures),
             _ => {
                 self.document.report(
                     &path,
@@ -410,6 +400,29 @@ impl Planner {
                 Reference::None
             }
         }
+    }
+
+    /// A table of numbers, which has the columns of every curve that is compared with it.
+    fn reference_table(&mut self, place: &KeyPath, file: &str, measures: &[Measure]) -> Reference {
+        let table = match History::read(&self.directory.join(file)) {
+            Ok(table) => table,
+            Err(message) => {
+                let expected = "a CSV file with a line of names, then numbers";
+                self.document.report(place, message, expected);
+                return Reference::None;
+            }
+        };
+        let curves = measures.iter().filter(|measure| measure.needs_curve());
+        let lacking = curves
+            .flat_map(Measure::history_columns)
+            .find(|name| table.column(name).is_none());
+        if let Some(name) = lacking {
+            let known: Vec<&str> = table.names().collect();
+            let hint = did_you_mean(nearest(name, known.iter().copied()));
+            let message = format!("{file} has no column \"{name}\" of numbers{hint}");
+            self.document.report(place, message, known.join(", "));
+        }
+        Reference::Table(table)
     }
 
     /// A value that a measure is compared with: as many numbers as the measure has, not all of them zero.

@@ -10,6 +10,7 @@ mod commands;
 mod halving;
 mod nonsense;
 mod point;
+mod point_files;
 mod repetition;
 mod report;
 mod scenes;
