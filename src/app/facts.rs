@@ -12,7 +12,7 @@ use crate::output::summary::{Status, Summary};
 use crate::parallel::World;
 use crate::petsc::Session;
 use crate::scene::Scene;
-use crate::solve::step::Analysis;
+use crate::solve::step::{Analysis, Counts};
 use crate::verification::{Manufactured, Solution, errors};
 use std::collections::BTreeMap;
 
@@ -57,6 +57,17 @@ pub fn overhang_warning(cells: f64) -> Option<String> {
         .then(|| format!("domains stuck out of the grid by up to {cells:.1e} of a cell ({most:.0e} is the most)"))
 }
 
+/// What the user is told of steps that came down to round-off before they came below the tolerance.
+pub fn round_off_note(counts: &Counts) -> Option<String> {
+    (counts.steps_at_round_off > 0).then(|| {
+        format!(
+            "{} of {} steps came down to round-off before solver.force_tolerance: their forces are small beside the moduli \
+             (docs/stability.md, Round-off)",
+            counts.steps_at_round_off, counts.steps
+        )
+    })
+}
+
 /// Collective. Counts, times and memory of a run that has ended; `earlier` is what parts before a restart used.
 #[allow(clippy::too_many_arguments)]
 pub fn summarise<C: Fields<D, N>, const D: usize, const N: usize>(
@@ -98,6 +109,7 @@ pub fn summarise<C: Fields<D, N>, const D: usize, const N: usize>(
         steps: counts.steps,
         attempts: counts.attempts,
         newton_iterations: counts.newton_iterations,
+        steps_at_round_off: counts.steps_at_round_off,
         wall_seconds: 0.0,
         cpu_seconds: 0.0,
         phases: PhaseSeconds::default(),

@@ -318,6 +318,9 @@ fn conclude<C: Fields<D, N>, const D: usize, const N: usize>(
         recorder.message(&format!("warning: {warning}"));
         warnings.push(warning);
     }
+    if let Some(note) = facts::round_off_note(&analysis.counts) {
+        recorder.message(&note);
+    }
     let (spent, clock) = (recorder.spent_before(), &process.clock);
     let points = recorder.points();
     let mut summary = facts::summarise(world, session, scene, points, analysis, outcome, &spent, clock)?;

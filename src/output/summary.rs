@@ -50,6 +50,8 @@ pub struct Summary {
     pub attempts: usize,
     /// Over all attempts.
     pub newton_iterations: usize,
+    /// Accepted steps whose residual came down to round-off before it came below `solver.force_tolerance`.
+    pub steps_at_round_off: usize,
     pub wall_seconds: f64,
     /// Sum over ranks.
     pub cpu_seconds: f64,
@@ -99,6 +101,7 @@ mod tests {
             steps: 7,
             attempts: 9,
             newton_iterations: 31,
+            steps_at_round_off: 0,
             wall_seconds: 1.25,
             cpu_seconds: 2.5,
             phases: PhaseSeconds {

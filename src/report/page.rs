@@ -151,6 +151,10 @@ impl Page<'_> {
             ("Accepted steps", count("steps")),
             ("Attempts", count("attempts")),
             ("Newton iterations", count("newton_iterations")),
+            (
+                "Steps at round-off",
+                count("steps_at_round_off").filter(|count| count != "0"),
+            ),
             ("Ranks", count("ranks")),
             ("CPU time", self.number("cpu_seconds").map(duration)),
         ];

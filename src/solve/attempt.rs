@@ -77,6 +77,8 @@ pub struct Solution {
     /// Linear solves, the opening one included.
     pub iterations: usize,
     pub force_residual: f64,
+    /// Whether only round-off keeps that residual from the tolerance.
+    pub at_round_off: bool,
     /// Norm of external forces and reactions.
     pub force_scale: f64,
     /// Reactions on own unknowns, zero where nothing is prescribed.
@@ -327,6 +329,7 @@ pub(super) fn settle<C: Fields<D, N>, const D: usize, const N: usize>(
     Ok(Solution {
         iterations: problem.records.len(),
         force_residual: record.force_residual,
+        at_round_off: problem.at_round_off,
         force_scale: problem.norms.forces.sqrt(),
         reactions: std::mem::take(&mut problem.reactions),
         increments: local.local().to_vec(),

@@ -45,6 +45,8 @@ pub struct Equilibrium<'a, C: Fields<D, N>, const D: usize, const N: usize> {
     pub reactions: Vec<f64>,
     pub norms: Norms,
     pub records: Vec<IterationRecord>,
+    /// Whether the last test was met by a residual at round-off.
+    pub at_round_off: bool,
     /// The residual farthest above its round-off among own unknowns, at the last test that was not met.
     pub worst: Option<Measured>,
     /// Why the last evaluation failed, on the rank where it did.
@@ -89,6 +91,7 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
             reactions,
             norms: Norms::default(),
             records: Vec::new(),
+            at_round_off: false,
             worst: None,
             failure: None,
             interrupted: false,
@@ -136,6 +139,7 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
         let within = |excess: f64| excess <= tolerance * self.norms.scale(self.peak_force);
         let other_converged = self.norms.damage.relative_residual() < tolerance;
         if within(excess) && other_converged {
+            self.at_round_off = true;
             return Verdict::Converged;
         }
         self.worst = round_off.worst::<C, D, N>(iteration.residual, &self.evaluated);
@@ -143,6 +147,7 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
             return Verdict::Continue;
         }
         if within(stalled_excess) && other_converged {
+            self.at_round_off = true;
             Verdict::Converged
         } else {
             Verdict::Stagnates

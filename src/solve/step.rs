@@ -80,6 +80,8 @@ pub struct Counts {
     pub steps: usize,
     pub attempts: usize,
     pub newton_iterations: usize,
+    /// Accepted steps that converged to round-off rather than to the tolerance.
+    pub steps_at_round_off: usize,
     pub active_cells: u64,
     pub nodes: usize,
     pub nonzeros: u64,
@@ -271,6 +273,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         );
         self.model.follow(steps.start(), steps.done());
         self.counts.steps += 1;
+        self.counts.steps_at_round_off += usize::from(solution.at_round_off);
         self.state = AnalysisState {
             stage: steps.done().stage,
             steps: steps.clone(),
