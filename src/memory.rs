@@ -32,11 +32,10 @@ impl fmt::Display for Bound {
 /// the system does not tell.
 pub fn available(sharers: usize) -> Option<(u64, Bound)> {
     let read = |path: &str| fs::read_to_string(path).unwrap_or_default();
-    let (machine, status) = (read("/proc/meminfo"), read("/proc/self/status"));
+    let machine = read("/proc/meminfo");
     let shared = |free: u64| free / sharers.max(1) as u64;
     let free = kibibytes(&machine, "MemAvailable:").map(|free| free + kibibytes(&machine, "SwapFree:").unwrap_or(0));
     let address_space = getrlimit(Resource::As).current;
-    let taken = kibibytes(&status, "VmSize:").unwrap_or(0);
     let bounds = [
         (free.map(shared), Bound::Machine),
         (
@@ -44,12 +43,18 @@ pub fn available(sharers: usize) -> Option<(u64, Bound)> {
             Bound::Group,
         ),
         (
-            address_space.map(|most| most.saturating_sub(taken)),
+            address_space.map(|most| most.saturating_sub(taken())),
             Bound::AddressSpace,
         ),
     ];
     let known = bounds.into_iter().filter_map(|(free, bound)| Some((free?, bound)));
     known.min_by_key(|&(free, _)| free)
+}
+
+/// Bytes of addresses that this process has taken, libraries included.
+pub fn taken() -> u64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    kibibytes(&status, "VmSize:").unwrap_or(0)
 }
 
 /// The value of a line `NAME value kB` in bytes.

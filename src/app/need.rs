@@ -88,7 +88,8 @@ fn bytes_of_a_point<C: Fields<D, N>, const D: usize, const N: usize>(state_lengt
 /// estimated, will hardly fit.
 ///
 /// # Errors
-/// The points and the matrix alone do not fit, on one of the ranks at least.
+/// The points and the matrix alone do not fit, on one of the ranks at least: an error of the scene where they take more than
+/// the program and they are given, of the machine otherwise.
 pub fn check<C: Fields<D, N>, const D: usize, const N: usize>(
     world: &World,
     scene: &Scene,
@@ -112,7 +113,13 @@ pub fn check<C: Fields<D, N>, const D: usize, const N: usize>(
             size(free),
         );
         let expected = "fewer points_per_cell, larger cells, or more ranks on more machines";
-        return Err(Error::Configuration(vec![source.problem("bodies", message, expected)]));
+        // A scene that does not fit beside the program, but would in its place, has met a limit that is too low for either.
+        let program = world.max_of(memory::taken()) as f64;
+        return Err(if own > free + program {
+            Error::Configuration(vec![source.problem("bodies", message, expected)])
+        } else {
+            Error::System(format!("{message}; a higher limit, {expected}"))
+        });
     }
     let factors = factors(scene, &need, N) / world.size() as f64;
     Ok((own + factors > free).then(|| {
