@@ -6,9 +6,10 @@
 //! common points pull against each other, whenever their motions differ.
 
 use super::{Findings, Inspection};
-use crate::condition::dirichlet::{Boundary, Component, NodeSet};
+use crate::condition::dirichlet::{Boundary, Component};
 use crate::condition::weak::{Goal, Tie, acting};
 use crate::continuum::Fields;
+use std::collections::BTreeMap;
 
 /// Two conditions with a component that they move differently.
 struct Contradiction {
@@ -43,40 +44,66 @@ fn on_nodes<C: Fields<D, N>, const D: usize, const N: usize>(
     inspection: &Inspection<'_, C, D, N>,
 ) -> Vec<Contradiction> {
     let boundaries = &inspection.scene.boundaries;
-    let mut found = Vec::new();
-    for (second, later) in boundaries.iter().enumerate() {
-        for (first, earlier) in boundaries[..second].iter().enumerate() {
-            let (Some(one), Some(other)) = (earlier.nodes(), later.nodes()) else {
-                continue;
-            };
-            let differing = differing(earlier, later);
-            if earlier.stage != later.stage || differing.is_empty() {
-                continue;
-            }
-            let [common, losing] = shared_nodes(inspection, one, other);
-            found.extend(differing.into_iter().map(|component| {
-                Contradiction {
-                    entries: [(first, earlier), (second, later)]
-                        .map(|(index, boundary)| (index, motion(total(boundary, component)))),
-                    component,
-                    common,
-                    losing,
+    let (holders, sizes) = holders(inspection);
+    let mut here = BTreeMap::new();
+    for entries in holders.chunk_by(|one, other| one.0 == other.0) {
+        for (place, &(_, second)) in entries.iter().enumerate() {
+            for &(_, first) in &entries[..place] {
+                let (earlier, later) = (&boundaries[first], &boundaries[second]);
+                if earlier.stage == later.stage {
+                    let differing = differing(earlier, later);
+                    differing.for_each(|component| *here.entry([first, second, component]).or_insert(0) += 1);
                 }
-            }));
+            }
         }
     }
-    found
+    let records: Vec<u64> = here
+        .iter()
+        .flat_map(|(key, &count)| [key[0] as u64, key[1] as u64, key[2] as u64, count])
+        .collect();
+    let mut all: BTreeMap<[usize; 3], u64> = BTreeMap::new();
+    for record in inspection.world.concatenate(&records).chunks_exact(4) {
+        *all.entry([0, 1, 2].map(|k| record[k] as usize)).or_insert(0) += record[3];
+    }
+    let contradiction = |([first, second, component], common): ([usize; 3], u64)| Contradiction {
+        entries: [first, second].map(|index| (index, motion(total(&boundaries[index], component)))),
+        component,
+        common,
+        losing: sizes[first],
+    };
+    all.into_iter().map(contradiction).collect()
+}
+
+/// Collective. The nodes that this rank owns with each condition that acts on them, sorted; and the number of nodes, on all
+/// ranks, that each condition acts on.
+fn holders<C: Fields<D, N>, const D: usize, const N: usize>(
+    inspection: &Inspection<'_, C, D, N>,
+) -> (Vec<(usize, usize)>, Vec<u64>) {
+    let nodes = inspection.model.initial_nodes();
+    let mut holders = Vec::new();
+    let mut sizes = vec![0; inspection.scene.boundaries.len()];
+    for (index, boundary) in inspection.scene.boundaries.iter().enumerate() {
+        let Some(set) = boundary.nodes() else { continue };
+        let own = inspection.survey.nodes.own().iter().enumerate();
+        holders.extend(
+            own.filter(|&(_, &key)| set.holds(nodes, key))
+                .map(|(node, _)| (node, index)),
+        );
+    }
+    holders.iter().for_each(|&(_, index)| sizes[index] += 1);
+    holders.sort_unstable();
+    inspection.world.sum_slice(&mut sizes);
+    (holders, sizes)
 }
 
 /// Components that both of two conditions prescribe, by different totals.
-fn differing(one: &Boundary, other: &Boundary) -> Vec<Component> {
+fn differing(one: &Boundary, other: &Boundary) -> impl Iterator<Item = Component> {
     let moved = one.moves.iter().map(|&(component, _)| component);
     let components = one.fix.iter().copied().chain(moved);
-    let differs = |&component: &Component| {
+    components.filter(|&component| {
         let there = total(other, component);
         there.is_some() && there != total(one, component)
-    };
-    components.filter(differs).collect()
+    })
 }
 
 /// Total motion that a condition prescribes for a component, where it does.
@@ -86,24 +113,6 @@ fn total(boundary: &Boundary, component: Component) -> Option<f64> {
     }
     let moved = boundary.moves.iter().find(|&&(moved, _)| moved == component);
     moved.map(|&(_, total)| total)
-}
-
-/// Collective. Number of active nodes of both sets, and of the first.
-fn shared_nodes<C: Fields<D, N>, const D: usize, const N: usize>(
-    inspection: &Inspection<'_, C, D, N>,
-    one: &NodeSet,
-    other: &NodeSet,
-) -> [u64; 2] {
-    let nodes = inspection.model.initial_nodes();
-    let mut counts = [0; 2];
-    for &key in inspection.survey.nodes.own() {
-        if one.holds(nodes, key) {
-            counts[0] += u64::from(other.holds(nodes, key));
-            counts[1] += 1;
-        }
-    }
-    inspection.world.sum_slice(&mut counts);
-    counts
 }
 
 /// Collective. Springs on the same points.
