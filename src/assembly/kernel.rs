@@ -21,7 +21,10 @@ use std::rc::Rc;
 pub struct OutOfDomain {
     pub id: u64,
     pub what: &'static str,
-    pub residual: f64,
+    /// Norm of the residual where the law's own iteration ended [-]; `None` where the motion is impossible.
+    pub residual: Option<f64>,
+    /// Norm of the gradient that the increments have at the point [-].
+    pub gradient: f64,
 }
 
 /// Scratch memory for batches of any size: grown when a batch is larger than any before, never allocated per point.
@@ -69,6 +72,11 @@ pub fn jet<const D: usize, const N: usize>(shapes: &[f64], unknowns: &[f64]) -> 
     jet
 }
 
+/// Norm of the gradient of all unknowns.
+fn steepness<const D: usize, const N: usize>(jet: &Jet<D, N>) -> f64 {
+    jet.gradient.norm()
+}
+
 impl<C: Fields<D, N>, const D: usize, const N: usize> Workspace<C, D, N> {
     /// Gathers the unknowns of a batch from the local ones.
     pub fn gather(&mut self, nodes: &[u32], u: &[f64]) -> &[f64] {
@@ -89,7 +97,8 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Workspace<C, D, N> {
                 return Err(OutOfDomain {
                     id: points.id[p],
                     what,
-                    residual: f64::INFINITY,
+                    residual: None,
+                    gradient: steepness(&jet),
                 });
             };
             self.strains.push(strain);
@@ -118,7 +127,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Workspace<C, D, N> {
             let nodes = active.batch_nodes(index);
             self.gather(nodes, u);
             self.kinematics(batches, batch, points)?;
-            self.respond(laws, batch, points)?;
+            self.respond(laws, batch, batches, points)?;
             clock.switch(Phase::Assembly);
             self.residual.clear();
             self.residual.resize(nodes.len() * N, 0.0);
@@ -143,9 +152,11 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Workspace<C, D, N> {
         &mut self,
         laws: &[Box<dyn Material<C>>],
         batch: &Batch<D>,
+        batches: &Batches<D>,
         points: &mut Points<C, D>,
     ) -> Result<(), OutOfDomain> {
         let length = points.state_length;
+        let shapes = |p: usize| batches.shapes(batch, p);
         for (p, strain) in batch.points.clone().zip(&self.strains) {
             let state = p * length..(p + 1) * length;
             laws[points.material[p] as usize]
@@ -158,7 +169,8 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Workspace<C, D, N> {
                 .map_err(|NoSolution { what, residual }| OutOfDomain {
                     id: points.id[p],
                     what,
-                    residual,
+                    residual: Some(residual),
+                    gradient: steepness(&jet::<D, N>(shapes(p), &self.unknowns)),
                 })?;
         }
         Ok(())

@@ -130,13 +130,16 @@ pub(super) fn no_memory(account: Account, ranks: usize, limited: bool) -> String
     )
 }
 
+/// How a singular matrix shows where the factorisation did not notice.
+pub(super) const NOT_FINITE: &str = "the solution of a linear system is not finite";
+
 /// PETSc's reason for the end of a linear solve, in words.
 pub(super) fn linear_words(reason: sys::KSPConvergedReason) -> &'static str {
     match reason {
         1.. => "the linear system was solved",
         sys::KSP_DIVERGED_ITS => "the linear iterations reached their limit (-ksp_max_it)",
         sys::KSP_DIVERGED_BREAKDOWN | sys::KSP_DIVERGED_BREAKDOWN_BICG => "the linear iterations broke down",
-        sys::KSP_DIVERGED_NANORINF => "the solution of the linear system is not finite",
+        sys::KSP_DIVERGED_NANORINF => NOT_FINITE,
         sys::KSP_DIVERGED_PC_FAILED => "the linear solver could not be set up",
         sys::KSP_DIVERGED_INDEFINITE_PC | sys::KSP_DIVERGED_INDEFINITE_MAT | sys::KSP_DIVERGED_NONSYMMETRIC => {
             "the linear method does not suit the matrix"

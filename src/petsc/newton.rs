@@ -9,7 +9,7 @@ use petsc_sys as sys;
 
 use super::error::{PetscError, check, forget_message, report_in_drop, text};
 use super::evaluation::{Evaluation, Stop, check_direction, converged, jacobian, residual};
-use super::factors::{self, Account, Failure, linear_words};
+use super::factors::{self, Account, Failure, NOT_FINITE, linear_words};
 use super::matrix::BlockMatrix;
 use super::nonlinear::{End, Nonlinear, Outcome, SolveError, Verdict};
 use super::ordering;
@@ -329,6 +329,7 @@ impl Newton {
         };
         let linear_failure = code == sys::SNES_DIVERGED_LINEAR_SOLVE;
         let linear = linear_failure.then(|| self.linear_reason()).transpose()?;
+        let singular = linear.as_ref().is_some_and(LinearReason::is_singular);
         let reason = linear.map_or_else(
             || format!("{} ({name})", nonlinear_words(code)),
             |linear| linear.described(),
@@ -341,6 +342,7 @@ impl Newton {
             residual_norm,
             reason,
             linear_failure,
+            singular,
             evaluated_at_solution,
         })
     }
@@ -371,16 +373,18 @@ impl Newton {
             check(sys::KSPSolve(self.ksp, self.function.handle, self.solution.handle))?;
             check(sys::KSPGetIterationNumber(self.ksp, &mut iterations))?;
         }
-        let reason = self.linear_reason()?;
+        let mut reason = self.linear_reason()?;
         self.discard_failed_factors()?;
         let converged = reason.succeeded && self.solution.norm()?.is_finite();
         if converged {
             self.solution.copy_to(x)?;
+        } else if reason.succeeded {
+            reason.words = NOT_FINITE;
         }
         Ok(LinearOutcome {
             converged,
             iterations: iterations as usize,
-            singular: reason.failure == Some(Failure::Singular),
+            singular: reason.is_singular(),
             reason: reason.described(),
         })
     }
@@ -462,6 +466,11 @@ struct LinearReason {
 }
 
 impl LinearReason {
+    /// Whether the matrix is singular: by its factorisation, or by what came of it.
+    fn is_singular(&self) -> bool {
+        self.failure == Some(Failure::Singular) || self.words == NOT_FINITE
+    }
+
     fn described(&self) -> String {
         let words = match self.failure {
             Some(Failure::Singular) => "the matrix of a linear system is singular",

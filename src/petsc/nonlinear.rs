@@ -135,6 +135,8 @@ pub struct Outcome {
     pub reason: String,
     /// True if it ended because a linear system was not solved.
     pub linear_failure: bool,
+    /// True if the matrix of that system is singular.
+    pub singular: bool,
     /// True if the last evaluation of the residual was at the returned solution, to the bit, on every rank.
     pub evaluated_at_solution: bool,
 }

@@ -7,8 +7,9 @@
 //! every iteration solves for two directions with one factorisation, `K a = -r` and `K b = f`, and goes by
 //! `a + d b` with the change `d` of the load factor that the length asks for: docs/theory.md, "Equilibrium paths".
 
-use super::attempt::{Approach, Failure, Search, Solution, Solver, Tried, not_evaluated, settle, stagnated};
+use super::attempt::{Approach, Search, Solution, Solver, Tried, limit_reached, not_evaluated, settle, stagnated};
 use super::equilibrium::Equilibrium;
+use super::failure::{Cause, Failure};
 use crate::assembly::motion::{Measure, PointMotion};
 use crate::continuum::{Fields, Linearisation};
 use crate::error::Error;
@@ -193,7 +194,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> LengthAttempt<'_, '_, C, D
             change = self.correction(&at, &directions)?;
             (at, change) = self.search(&at, &change)?;
         }
-        Err(not_converged("DIVERGED_MAX_IT").into())
+        Err(limit_reached(&self.problem).into())
     }
 
     /// The accepted state.
@@ -232,9 +233,9 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> LengthAttempt<'_, '_, C, D
     fn require(&self, evaluated: Result<(), Evaluate>) -> Result<(), Halt> {
         match not_evaluated(evaluated, &self.problem)? {
             None => Ok(()),
-            Some(reason) => Err(Failure {
+            Some(failure) => Err(Failure {
                 search_matters: true,
-                ..Failure::plain(reason)
+                ..failure
             }
             .into()),
         }
@@ -280,9 +281,10 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> LengthAttempt<'_, '_, C, D
         };
         if !solved.converged {
             return Err(Failure {
+                cause: if solved.singular { Cause::Singular } else { Cause::Other },
                 linear: true,
                 search_matters: true,
-                ..Failure::plain(format!("a linear solve failed: {}", solved.reason))
+                ..Failure::plain(solved.reason)
             }
             .into());
         }

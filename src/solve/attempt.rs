@@ -2,6 +2,7 @@
 
 use super::convergence::IterationRecord;
 use super::equilibrium::Equilibrium;
+use super::failure::{Cause, FailedPoint, Failure};
 use crate::assembly::active::Active;
 use crate::assembly::balance::StepTerms;
 use crate::assembly::model::{Model, StepSystem};
@@ -11,7 +12,8 @@ use crate::condition::load::{add_external_forces, add_face_forces};
 use crate::continuum::{Fields, Linearisation};
 use crate::error::Error;
 use crate::petsc::{
-    BACKTRACKING, End, Evaluate, FULL_STEPS, GhostVector, Layout, Newton, Nonlinear, PetscError, Session, agree,
+    BACKTRACKING, End, Evaluate, FULL_STEPS, GhostVector, Layout, LinearOutcome, Newton, Nonlinear, PetscError,
+    Session, agree,
 };
 use std::rc::Rc;
 
@@ -89,32 +91,6 @@ pub struct Solution {
     pub load_factor: Option<f64>,
 }
 
-/// Why an attempt failed.
-pub struct Failure {
-    pub reason: String,
-    /// Whether another line search might do better.
-    pub search_matters: bool,
-    /// Whether a linear system was not solved.
-    pub linear: bool,
-    /// Whether a smaller step might do better.
-    pub smaller_might_do: bool,
-    /// Whether the step was opened with points that flow on, and not with the tangent of its residual.
-    pub flowed_on: bool,
-}
-
-impl Failure {
-    /// A failure that no line search and no linear solver would mend.
-    pub(super) fn plain(reason: String) -> Self {
-        Self {
-            reason,
-            search_matters: false,
-            linear: false,
-            smaller_might_do: true,
-            flowed_on: false,
-        }
-    }
-}
-
 impl Solver {
     /// Sets the line search of the next solve.
     pub fn choose(&mut self, search: Search) -> Result<(), PetscError> {
@@ -158,15 +134,26 @@ pub fn try_step<C: Fields<D, N>, const D: usize, const N: usize>(
         End::OutOfDomain => Err(Failure {
             search_matters: true,
             flowed_on,
-            ..Failure::plain(describe_failure(&problem))
+            ..Failure::at(FailedPoint::first(&problem))
         }),
         End::Stagnated => Err(stagnated(&problem)),
-        End::IterationLimit | End::NotConverged => Err(Failure {
+        End::IterationLimit => Err(Failure {
+            flowed_on,
+            ..limit_reached(&problem)
+        }),
+        End::NotConverged => Err(Failure {
             search_matters: true,
             linear: outcome.linear_failure,
             flowed_on,
             ..Failure::plain(outcome.reason)
-        }),
+        }
+        .because(match (outcome.singular, outcome.linear_failure) {
+            (true, _) => Cause::Singular,
+            (false, true) => Cause::Other,
+            (false, false) => Cause::Divergence {
+                node: problem.worst_node(),
+            },
+        })),
     };
     Ok(Tried {
         end,
@@ -239,13 +226,13 @@ fn open<C: Fields<D, N>, const D: usize, const N: usize>(
     let mut lift = GhostVector::new(session, &solver.layout)?;
     let evaluated = problem.residual(&zero, residual.local_mut());
     if let Some(failure) = not_evaluated(evaluated, problem)? {
-        return Ok(Err(Failure::plain(failure)));
+        return Ok(Err(failure));
     }
     residual.add_to_owners()?;
     let mut right_hand_side = residual.owned().to_vec();
     let completed = problem.complete(&mut right_hand_side);
     if let Some(failure) = not_evaluated(completed, problem)? {
-        return Ok(Err(Failure::plain(failure)));
+        return Ok(Err(failure));
     }
     if problem.interrupted {
         return Ok(Err(Failure::plain("the run was asked to stop".into())));
@@ -255,7 +242,7 @@ fn open<C: Fields<D, N>, const D: usize, const N: usize>(
     let added = problem.add_tangent(&zero, linearisation, matrix, Some(lift.local_mut()));
     let flowed_on = problem.world.any(*added.as_ref().unwrap_or(&false));
     if let Some(failure) = not_evaluated(added.map(drop), problem)? {
-        return Ok(Err(Failure::plain(failure)));
+        return Ok(Err(failure));
     }
     matrix.assemble()?;
     lift.add_to_owners()?;
@@ -270,11 +257,7 @@ fn open<C: Fields<D, N>, const D: usize, const N: usize>(
     let mut increments = vec![0.0; owned];
     let solved = solver.newton.linear_solve(&right_hand_side, &mut increments)?;
     if !solved.converged {
-        return Ok(Err(Failure {
-            linear: true,
-            flowed_on,
-            ..Failure::plain(format!("the opening linear solve failed: {}", solved.reason))
-        }));
+        return Ok(Err(unsolved(&solved, flowed_on)));
     }
     for (index, value) in increments
         .iter_mut()
@@ -286,6 +269,18 @@ fn open<C: Fields<D, N>, const D: usize, const N: usize>(
     Ok(Ok(Opened { increments, flowed_on }))
 }
 
+/// A linear system at the start of a step that has no solution. Where it is singular and the tangent that of the accepted
+/// state, it is so for steps of any size.
+fn unsolved(solved: &LinearOutcome, flowed_on: bool) -> Failure {
+    Failure {
+        cause: if solved.singular { Cause::Singular } else { Cause::Other },
+        linear: true,
+        smaller_might_do: flowed_on || !solved.singular,
+        flowed_on,
+        ..Failure::plain(format!("the step cannot be opened: {}", solved.reason))
+    }
+}
+
 /// Collective. Why an evaluation failed on some rank, where that only ends the attempt.
 ///
 /// # Errors
@@ -293,10 +288,10 @@ fn open<C: Fields<D, N>, const D: usize, const N: usize>(
 pub(super) fn not_evaluated<C: Fields<D, N>, const D: usize, const N: usize>(
     result: Result<(), Evaluate>,
     problem: &Equilibrium<'_, C, D, N>,
-) -> Result<Option<String>, Error> {
+) -> Result<Option<Failure>, Error> {
     match agree(problem.world, result) {
         Ok(()) => Ok(None),
-        Err(Evaluate::OutOfDomain) => Ok(Some(describe_failure(problem))),
+        Err(Evaluate::OutOfDomain) => Ok(Some(Failure::at(FailedPoint::first(problem)))),
         Err(Evaluate::Failed(error)) => Err(error.into()),
     }
 }
@@ -318,7 +313,8 @@ pub(super) fn settle<C: Fields<D, N>, const D: usize, const N: usize>(
         let result = problem.residual(local.local(), residual.local_mut());
         if let Some(failure) = not_evaluated(result, problem)? {
             return Err(Error::System(format!(
-                "the converged state cannot be evaluated again: {failure}"
+                "the converged state cannot be evaluated again: {}",
+                failure.reason
             )));
         }
         residual.add_to_owners()?;
@@ -344,33 +340,46 @@ pub(super) fn stagnated<C: Fields<D, N>, const D: usize, const N: usize>(
 ) -> Failure {
     let residual = problem.records.last().map_or(f64::NAN, |record| record.force_residual);
     let tolerance = problem.settings.force_tolerance;
+    let node = problem.worst_node();
+    let place = node.as_ref().map_or("no single place", |node| &node.description);
     Failure {
         smaller_might_do: false,
         ..Failure::plain(format!(
             "the residual stagnates at {residual:.1e} of the forces, above solver.force_tolerance {tolerance:e}; \
-             it is largest at {}",
-            problem.describe_worst()
+             it is largest at {place}"
         ))
     }
+    .because(Cause::Stagnation { node })
 }
 
-/// What the law said, from the lowest rank where it failed.
-fn describe_failure<C: Fields<D, N>, const D: usize, const N: usize>(problem: &Equilibrium<'_, C, D, N>) -> String {
-    let world = problem.world;
-    let failing = if problem.failure.is_some() {
-        world.rank()
+/// Iterations over which a residual that falls must have fallen.
+const FALLING: usize = 3;
+
+/// Collective. An iteration that went on to its limit: that of the scene, unless an option of PETSc holds against it.
+pub(super) fn limit_reached<C: Fields<D, N>, const D: usize, const N: usize>(
+    problem: &Equilibrium<'_, C, D, N>,
+) -> Failure {
+    let records = &problem.records;
+    let residuals: Vec<f64> = records.iter().map(|record| record.force_residual).collect();
+    let (earlier, last) = residuals.split_at(residuals.len().saturating_sub(FALLING));
+    let least = |values: &[f64]| values.iter().copied().fold(f64::INFINITY, f64::min);
+    let falling = !earlier.is_empty() && least(last) < 0.5 * least(earlier);
+    let done = records.len().saturating_sub(1);
+    let name = if done == problem.settings.max_iterations {
+        "solver.max_iterations"
     } else {
-        world.size()
+        "-snes_max_it"
     };
-    let first = world.min_of(failing);
-    if first == world.size() {
-        return "a point left the domain of its law during the iteration".into();
+    Failure {
+        search_matters: true,
+        ..Failure::plain(format!(
+            "the iteration did not converge within {name} = {done} (residual {:.1e}, {}; DIVERGED_MAX_IT)",
+            residuals.last().unwrap_or(&f64::NAN),
+            if falling { "still falling" } else { "no longer falling" }
+        ))
     }
-    let own = problem.failure.as_ref().map_or(String::new(), |failure| {
-        format!(
-            "point {}: {} (local residual {:.1e})",
-            failure.id, failure.what, failure.residual
-        )
-    });
-    world.text_from(first, &own)
+    .because(Cause::IterationLimit {
+        falling,
+        node: problem.worst_node(),
+    })
 }

@@ -1,6 +1,7 @@
 //! One load step as PETSc sees it: residual, tangent and convergence of the increments of the step.
 
 use super::convergence::{DamageNorms, IterationRecord, Norms};
+use super::failure::WorstNode;
 use super::round_off::{Measured, RoundOff};
 use super::settings::SolverSettings;
 use crate::assembly::Sink;
@@ -154,8 +155,8 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
         }
     }
 
-    /// Collective. Where the residual is the farthest above its round-off, and by how much, in words.
-    pub fn describe_worst(&self) -> String {
+    /// Collective. Where the residual of the last test that was not met is the farthest above its round-off.
+    pub fn worst_node(&self) -> Option<WorstNode> {
         let above = self.worst.map_or(f64::NEG_INFINITY, |worst| worst.above());
         let most = self.world.max_of(above);
         let holder = if above == most {
@@ -165,21 +166,34 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
         };
         let first = self.world.min_of(holder);
         if first == self.world.size() || most == f64::NEG_INFINITY {
-            return "no single place".into();
+            return None;
         }
-        let own = self.worst.map_or_else(String::new, |worst| self.describe(&worst));
-        self.world.text_from(first, &own)
+        let own = self.worst.filter(|_| first == self.world.rank());
+        let description = own.map_or_else(String::new, |worst| self.describe(&worst));
+        let position = own.and_then(|worst| self.position_of(worst.index / N));
+        let mut shared = position.map_or([0.0; 4], |[x, y, z]| [1.0, x, y, z]);
+        self.world.sum_slice(&mut shared);
+        let [found, x, y, z] = shared;
+        Some(WorstNode {
+            description: self.world.text_from(first, &description),
+            position: (found > 0.0).then_some([x, y, z]),
+        })
+    }
+
+    /// Place of a local node; none of a platen.
+    fn position_of(&self, node: usize) -> Option<[f64; 3]> {
+        let key = self.system.active.nodes[node];
+        let nodes = self.model.nodes();
+        platen_of(key).is_none().then(|| nodes.position(&nodes.indices(key)))
     }
 
     /// A residual with its node and component, in words.
     fn describe(&self, worst: &Measured) -> String {
         let (node, component) = (worst.index / N, worst.index % N);
-        let key = self.system.active.nodes[node];
-        let place = match platen_of(key) {
-            Some(boundary) => format!("the platen of {}", self.model.boundaries[boundary].name),
-            None => {
-                let nodes = self.model.nodes();
-                let position = nodes.position(&nodes.indices(key));
+        let place = match (platen_of(self.system.active.nodes[node]), self.position_of(node)) {
+            (Some(boundary), _) => format!("the platen of {}", self.model.boundaries[boundary].name),
+            (None, position) => {
+                let position = position.unwrap_or_default();
                 let position: Vec<String> = position[..D].iter().map(|x| format!("{x:.4}")).collect();
                 format!("the node at ({})", position.join(", "))
             }

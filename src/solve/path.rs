@@ -202,11 +202,20 @@ impl PathSchedule {
         self.size = (self.size * ratio.clamp(1.0 / LARGEST_CHANGE, LARGEST_CHANGE)).min(longest);
     }
 
+    /// Length below which a step is not halved.
+    fn smallest(&self) -> f64 {
+        self.full.unwrap_or(self.settings.first) * 0.5f64.powi(self.settings.max_halvings as i32)
+    }
+
+    /// How often the step may be halved yet.
+    pub fn halvings_left(&self) -> u32 {
+        (self.size / self.smallest()).log2().max(0.0) as u32
+    }
+
     /// The step failed: halves it. False when it is the smallest already.
     pub fn cut(&mut self) -> bool {
-        let smallest = self.full.unwrap_or(self.settings.first) * 0.5f64.powi(self.settings.max_halvings as i32);
         self.closing = false;
-        if 0.5 * self.size < smallest {
+        if 0.5 * self.size < self.smallest() {
             return false;
         }
         self.size *= 0.5;

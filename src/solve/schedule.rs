@@ -111,6 +111,11 @@ impl Schedule {
         self.size = ((self.last as f64 * ratio).round() as u64).clamp(1, largest.max(1));
     }
 
+    /// How often the step may be halved yet.
+    pub fn halvings_left(&self) -> u32 {
+        self.next_size().ilog2()
+    }
+
     /// The step failed: halves it. False when it is the smallest already.
     pub fn cut(&mut self) -> bool {
         let size = self.next_size();
@@ -172,9 +177,9 @@ mod tests {
     #[test]
     fn halved_steps_double_back_and_meet_the_full_ones() {
         let mut schedule = Schedule::new(0, &stage(4, 3, None));
-        assert_eq!(schedule.step_size(), 0.25);
+        assert_eq!((schedule.step_size(), schedule.halvings_left()), (0.25, 3));
         assert!(schedule.cut() && schedule.cut());
-        assert_eq!(schedule.step_size(), 0.0625);
+        assert_eq!((schedule.step_size(), schedule.halvings_left()), (0.0625, 1));
         let mut ends = Vec::new();
         while let Some((_, to)) = schedule.next_step() {
             ends.push(to.fraction);

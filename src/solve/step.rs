@@ -1,11 +1,13 @@
 //! The analysis: stages, steps, attempts. A failed attempt leaves no trace in the points.
 
 use super::arc_length::{LengthStep, try_length};
-use super::attempt::{Approach, Failure, Solution, Solver, Tried, external_forces, pressure_forces, try_step};
+use super::attempt::{Approach, Solution, Solver, Tried, external_forces, pressure_forces, try_step};
 use super::balance::{LARGEST_IMBALANCE, imbalance, share_points};
 use super::convergence::IterationRecord;
 use super::equilibrium::{Equilibrium, Scales, Watch, has_damage};
+use super::failure::Failure;
 use super::path::{Goal, Reached, Review};
+use super::patience::Patience;
 use super::round_off::RoundOff;
 use super::settings::{SolverMethod, SolverSettings, Stage};
 use super::state::AnalysisState;
@@ -101,6 +103,8 @@ pub struct Analysis<C: Fields<D, N>, const D: usize, const N: usize> {
     state: AnalysisState,
     /// Counts until now, failed attempts since the last accepted step included.
     pub counts: Counts,
+    /// Why the last attempt failed, where no equilibrium was found.
+    pub defeat: Option<Failure>,
     interrupt: Interrupt,
     watch: Option<Box<Watch>>,
     clock: Rc<Clock>,
@@ -128,6 +132,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
             partitioner,
             solver: None,
             counts: state.counts.clone(),
+            defeat: None,
             state,
             interrupt: interrupt.clone(),
             watch: None,
@@ -203,6 +208,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
     ) -> Result<Solution, Error> {
         let step = self.counts.steps + 1;
         let mut approach = Approach::FIRST;
+        let mut patience = Patience::default();
         loop {
             let goal = steps.next_goal().expect("the stage is not done");
             observer.begins(step, stage);
@@ -238,13 +244,13 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
                 Err(failure) => {
                     let next = approach.next(&failure);
                     approach = next.unwrap_or(Approach::FIRST);
-                    if next.is_none() && !(failure.smaller_might_do && steps.cut()) {
-                        let reason = failure.reason;
-                        return Err(Error::Analysis(format!(
-                            "stage {}, step {step}: no equilibrium with the smallest step, {}: {reason}",
-                            stage.name,
-                            steps.describe_smallest()
-                        )));
+                    if next.is_none()
+                        && let Some(end) = no_smaller_step(&failure, steps, &mut patience)
+                    {
+                        let stage = &stage.name;
+                        let message = format!("stage {stage}, step {step}: {end}: {}", failure.reason);
+                        self.defeat = Some(failure);
+                        return Err(Error::Analysis(message));
                     }
                 }
             }
@@ -501,6 +507,22 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
         self.world.sum_slice(sums);
         platens.to_vec()
     }
+}
+
+/// Halves a step, or says why there is no smaller one to try.
+fn no_smaller_step(failure: &Failure, steps: &mut Steps, patience: &mut Patience) -> Option<String> {
+    let size = steps.describe_next();
+    if !failure.smaller_might_do {
+        return Some(format!(
+            "no equilibrium, and no smaller step would help; this one is {size}"
+        ));
+    }
+    if let Some(sizes) = patience.exhausted(failure, steps.halvings_left()) {
+        return Some(format!(
+            "no equilibrium: a point fails in the same way at {sizes} sizes of the step in succession, the last {size}"
+        ));
+    }
+    (!steps.cut()).then(|| format!("no equilibrium with the smallest step, {size}"))
 }
 
 /// A solution that is kept, or why it is not.

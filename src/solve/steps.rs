@@ -107,6 +107,14 @@ impl Steps {
         }
     }
 
+    /// How often the step may be halved yet.
+    pub fn halvings_left(&self) -> u32 {
+        match self {
+            Steps::Ramp(schedule) => schedule.halvings_left(),
+            Steps::Path(path) => path.halvings_left(),
+        }
+    }
+
     /// The size of the next step, in words.
     pub fn describe_size(&self) -> String {
         match self {
@@ -115,8 +123,8 @@ impl Steps {
         }
     }
 
-    /// Why the smallest step of the stage was not enough, in words.
-    pub fn describe_smallest(&self) -> String {
+    /// Size and start of the next step, in words.
+    pub fn describe_next(&self) -> String {
         let after = self.done().fraction;
         match self {
             Steps::Ramp(schedule) => format!("{:.3e} of the stage after {after:.6}", schedule.step_size()),
