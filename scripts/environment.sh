@@ -13,6 +13,8 @@ export OMPI_MCA_btl_vader_single_copy_mechanism="${OMPI_MCA_btl_vader_single_cop
 # No warning where InfiniBand hardware is absent or driven by another component.
 export OMPI_MCA_btl_openib_warn_no_device_params_found="${OMPI_MCA_btl_openib_warn_no_device_params_found:-0}"
 export OMPI_MCA_btl_base_warn_component_unused="${OMPI_MCA_btl_base_warn_component_unused:-0}"
+# A rank that ends with an exit code has said why; mpirun would add ten lines that say no more.
+export OMPI_MCA_orte_execute_quiet="${OMPI_MCA_orte_execute_quiet:-1}"
 # The ranks are the parallelism; threads of the linear algebra would compete with them.
 export OPENBLAS_NUM_THREADS="${OPENBLAS_NUM_THREADS:-1}"
 export OMP_NUM_THREADS="${OMP_NUM_THREADS:-1}"

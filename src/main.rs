@@ -96,12 +96,15 @@ fn told(error: &Error) -> i32 {
     error.exit_code()
 }
 
-/// Every message on a line of its own, marked as an error.
+/// Every message on a line of its own, marked as an error; lines that belong to the one above are indented.
 fn prefixed(error: &Error) -> String {
     error
         .to_string()
         .lines()
-        .map(|line| format!("error: {line}"))
+        .map(|line| match line.starts_with(' ') {
+            true => line.to_owned(),
+            false => format!("error: {line}"),
+        })
         .collect::<Vec<_>>()
         .join("\n")
 }

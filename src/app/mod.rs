@@ -6,6 +6,7 @@ mod checkpoint;
 mod claim;
 mod columns;
 mod cost;
+mod diagnosis;
 mod facts;
 mod files;
 mod inspect;
@@ -282,6 +283,14 @@ fn run<C: Fields<D, N>, const D: usize, const N: usize>(
         // Before anything is let go of: even that would wait for ranks that go on.
         world.fail(message);
     }
+    let outcome = outcome.map_err(|error| match (error, &analysis.defeat) {
+        (Error::Analysis(message), Some(failure)) => {
+            let steps = analysis.counts.steps;
+            let diagnosis = diagnosis::explain(world, scene, &analysis.model, steps, failure);
+            Error::Analysis(message + &diagnosis)
+        }
+        (error, _) => error,
+    });
     let outcome = match outcome {
         // Another failure than these may come from the disk, and leaves the last checkpoint alone.
         Ok(()) | Err(Error::Analysis(_) | Error::Interrupted(_) | Error::Memory(_)) => {

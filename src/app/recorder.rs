@@ -9,7 +9,6 @@ use crate::clock::{Clock, Phase};
 use crate::condition::Time;
 use crate::continuum::Fields;
 use crate::error::Error;
-use crate::output::convergence::IterationRecord;
 use crate::output::history::HistoryStep;
 use crate::output::progress::{Ending, Progress, StepLine};
 use crate::output::summary::Summary;
@@ -364,18 +363,12 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Observer<C, D, N> for Reco
         let clock = self.clock.clone();
         let _writing = clock.enter(Phase::Output);
         self.attempts += 1;
-        let records: Vec<IterationRecord> = attempt
-            .records
-            .iter()
-            .map(|record| IterationRecord {
-                force_residual: record.force_residual,
-                energy_residual: record.energy_residual,
-            })
-            .collect();
+        let residuals = attempt.records.iter();
+        let residuals = residuals.map(|record| [record.force_residual, record.energy_residual]);
         let accepted = attempt.failure.is_none();
         let number = self.attempts;
         let written = self.files.as_mut().map_or(Ok(()), |files| {
-            files.convergence.record(attempt.step, number, &records, accepted)
+            files.convergence.record(attempt.step, number, residuals, accepted)
         });
         agree(&self.world, written.map_err(|error| error.to_string()))?;
         if let Some(reason) = attempt.failure {

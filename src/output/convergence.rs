@@ -5,15 +5,6 @@ use std::path::Path;
 use super::table::{Extent, Table, push_number};
 use crate::error::Error;
 
-/// Residuals after a Newton iteration; iteration 0 is the state before the first one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct IterationRecord {
-    /// Relative residual of forces and couples [-].
-    pub force_residual: f64,
-    /// Work of the residual on the correction [J].
-    pub energy_residual: f64,
-}
-
 /// Writer of `convergence.csv`; held by one rank.
 #[derive(Debug)]
 pub struct Convergence {
@@ -65,20 +56,21 @@ impl Convergence {
         self.table.secure()
     }
 
-    /// Adds the iterations of an attempt at a step, from iteration 0; they are in the file when this returns.
-    /// `attempt` counts from 1 within a step. `accepted` (`true` or `false` in the file) says how the attempt ended.
+    /// Adds the iterations of an attempt at a step, from iteration 0, the state before the first; they are in the file when
+    /// this returns. Of each the relative residual of forces and couples [-] and the work of the residual on the correction
+    /// [J]. `attempt` counts from 1 within a step. `accepted` (`true` or `false` in the file) says how the attempt ended.
     pub fn record(
         &mut self,
         step: usize,
         attempt: usize,
-        iterations: &[IterationRecord],
+        residuals: impl Iterator<Item = [f64; 2]>,
         accepted: bool,
     ) -> Result<(), Error> {
         let mut rows = String::new();
-        for (iteration, record) in iterations.iter().enumerate() {
+        for (iteration, [force, energy]) in residuals.enumerate() {
             rows.push_str(&format!("{step},{attempt},{iteration}"));
-            push_number(&mut rows, record.force_residual);
-            push_number(&mut rows, record.energy_residual);
+            push_number(&mut rows, force);
+            push_number(&mut rows, energy);
             rows.push_str(&format!(",{accepted}\n"));
         }
         self.table.write(&rows)
@@ -94,12 +86,9 @@ mod tests {
     fn failed_attempts_are_kept_and_marked() {
         let path = scratch("convergence").join("convergence.csv");
         let mut convergence = Convergence::create(&path).unwrap();
-        let record = |force_residual| IterationRecord {
-            force_residual,
-            energy_residual: force_residual * 1e-3,
-        };
-        convergence.record(1, 1, &[record(1.0)], false).unwrap();
-        convergence.record(1, 2, &[record(0.5), record(1e-10)], true).unwrap();
+        let residuals = |values: &'static [f64]| values.iter().map(|&force| [force, force * 1e-3]);
+        convergence.record(1, 1, residuals(&[1.0]), false).unwrap();
+        convergence.record(1, 2, residuals(&[0.5, 1e-10]), true).unwrap();
         let expected = "step,attempt,iteration,force_residual,energy_residual,accepted\n\
                         1,1,0,1.0,0.001,false\n1,2,0,0.5,0.0005,true\n1,2,1,1e-10,1e-13,true\n";
         assert_eq!(std::fs::read_to_string(&path).unwrap(), expected);

@@ -6,6 +6,7 @@
 use std::ptr::null_mut;
 
 use petsc_sys as sys;
+use rustix::mm::{MapFlags, ProtFlags, mmap_anonymous, munmap};
 
 use super::error::{PetscError, check, report_in_drop};
 
@@ -21,15 +22,19 @@ const ORDER: sys::PetscInt = 128;
 /// # Errors
 /// The system does not give so much memory.
 pub(super) fn take_work_area(own_rank: sys::MPI_Comm) -> Result<(), PetscError> {
-    let mut room: Vec<u8> = Vec::new();
-    if room.try_reserve_exact(WORK_AREA).is_err() {
+    // SAFETY: a fresh mapping that nothing points into, given back at once.
+    let there_is_room = unsafe {
+        mmap_anonymous(null_mut(), WORK_AREA, ProtFlags::READ | ProtFlags::WRITE, MapFlags::PRIVATE)
+            .and_then(|room| munmap(room, WORK_AREA))
+            .is_ok()
+    };
+    if !there_is_room {
         let megabytes = WORK_AREA >> 20;
         return Err(PetscError::refused(
             sys::PETSC_ERR_MEM,
             format!("the linear algebra asks for a work area of {megabytes} MB; raise the limit (`ulimit -v`)"),
         ));
     }
-    drop(room);
     factorise_unit_matrix(own_rank)
 }
 

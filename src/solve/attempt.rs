@@ -151,6 +151,7 @@ pub fn try_step<C: Fields<D, N>, const D: usize, const N: usize>(
             (true, _) => Cause::Singular,
             (false, true) => Cause::Other,
             (false, false) => Cause::Divergence {
+                residual: least(&problem.records),
                 node: problem.worst_node(),
             },
         })),
@@ -352,6 +353,12 @@ pub(super) fn stagnated<C: Fields<D, N>, const D: usize, const N: usize>(
     .because(Cause::Stagnation { node })
 }
 
+/// Least relative residual of some iterations.
+fn least(records: &[IterationRecord]) -> f64 {
+    let residuals = records.iter().map(|record| record.force_residual);
+    residuals.fold(f64::INFINITY, f64::min)
+}
+
 /// Iterations over which a residual that falls must have fallen.
 const FALLING: usize = 3;
 
@@ -360,11 +367,9 @@ pub(super) fn limit_reached<C: Fields<D, N>, const D: usize, const N: usize>(
     problem: &Equilibrium<'_, C, D, N>,
 ) -> Failure {
     let records = &problem.records;
-    let residuals: Vec<f64> = records.iter().map(|record| record.force_residual).collect();
-    let (earlier, last) = residuals.split_at(residuals.len().saturating_sub(FALLING));
-    let least = |values: &[f64]| values.iter().copied().fold(f64::INFINITY, f64::min);
-    let falling = !earlier.is_empty() && least(last) < 0.5 * least(earlier);
     let done = records.len().saturating_sub(1);
+    let (earlier, last) = records.split_at(records.len() - FALLING.min(done));
+    let falling = !earlier.is_empty() && least(last) < 0.5 * least(earlier);
     let name = if done == problem.settings.max_iterations {
         "solver.max_iterations"
     } else {
@@ -374,12 +379,13 @@ pub(super) fn limit_reached<C: Fields<D, N>, const D: usize, const N: usize>(
         search_matters: true,
         ..Failure::plain(format!(
             "the iteration did not converge within {name} = {done} (residual {:.1e}, {}; DIVERGED_MAX_IT)",
-            residuals.last().unwrap_or(&f64::NAN),
+            records.last().map_or(f64::NAN, |record| record.force_residual),
             if falling { "still falling" } else { "no longer falling" }
         ))
     }
     .because(Cause::IterationLimit {
         falling,
+        residual: least(records),
         node: problem.worst_node(),
     })
 }

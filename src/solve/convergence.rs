@@ -76,17 +76,13 @@ impl Norms {
     }
 }
 
-/// One row of the convergence table.
-#[derive(Clone, Debug, PartialEq)]
+/// What one iteration of an attempt left: the first row of an attempt is the state after the opening linear solve.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IterationRecord {
-    /// 1 is the state after the opening linear solve.
-    pub iteration: usize,
     /// Of forces and couples, or of the nonlocal damage field where that is larger [-].
     pub force_residual: f64,
     /// `|r . delta|` [J]; NaN before there is a correction.
     pub energy_residual: f64,
-    /// Norms of the residual of translations [N], of rotations [N m] and of the nonlocal damage field [m3].
-    pub fields: [f64; 3],
 }
 
 #[cfg(test)]

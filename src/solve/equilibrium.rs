@@ -330,15 +330,8 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Nonlinear for Equilibrium<
             watch(iteration.number + 1, force_residual);
         }
         self.records.push(IterationRecord {
-            iteration: iteration.number + 1,
             force_residual,
             energy_residual,
-            fields: [
-                self.norms.residual[0],
-                self.norms.residual[1],
-                self.norms.damage.residual,
-            ]
-            .map(f64::sqrt),
         });
         let energy_converged = self
             .settings

@@ -30,10 +30,14 @@ pub enum Cause {
     IterationLimit {
         /// Whether the residual was still falling.
         falling: bool,
+        /// Least relative residual of the attempt [-].
+        residual: f64,
         node: Option<WorstNode>,
     },
     /// The iteration found no way on, although its linear systems were solved.
     Divergence {
+        /// Least relative residual of the attempt [-].
+        residual: f64,
         node: Option<WorstNode>,
     },
     /// The residual stayed where it was, above the tolerance and above round-off.
@@ -49,7 +53,7 @@ impl Cause {
     /// Where the residual is worst, if that is known.
     pub fn node(&self) -> Option<&WorstNode> {
         match self {
-            Cause::IterationLimit { node, .. } | Cause::Divergence { node } | Cause::Stagnation { node } => {
+            Cause::IterationLimit { node, .. } | Cause::Divergence { node, .. } | Cause::Stagnation { node } => {
                 node.as_ref()
             }
             Cause::Point(_) | Cause::Singular | Cause::Other => None,

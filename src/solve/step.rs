@@ -242,6 +242,7 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Analysis<C, D, N> {
                 }
                 Err(Failure { linear: true, .. }) if self.change_to_direct()? => {}
                 Err(failure) => {
+                    patience.note(&failure, steps.halvings_left());
                     let next = approach.next(&failure);
                     approach = next.unwrap_or(Approach::FIRST);
                     if next.is_none()
@@ -517,9 +518,9 @@ fn no_smaller_step(failure: &Failure, steps: &mut Steps, patience: &mut Patience
             "no equilibrium, and no smaller step would help; this one is {size}"
         ));
     }
-    if let Some(sizes) = patience.exhausted(failure, steps.halvings_left()) {
+    if let Some(sizes) = patience.exhausted() {
         return Some(format!(
-            "no equilibrium: a point fails in the same way at {sizes} sizes of the step in succession, the last {size}"
+            "no equilibrium: the step fails in the same way at {sizes} sizes in succession, the last {size}"
         ));
     }
     (!steps.cut()).then(|| format!("no equilibrium with the smallest step, {size}"))

@@ -209,8 +209,9 @@ pub fn read(run: &Run) -> Outcome {
         .filter(|summary| failure.as_ref().is_none_or(|failure| code(failure) == code(summary)));
     for source in [&failure, &outcome.summary].into_iter().flatten() {
         outcome.exit_code = outcome.exit_code.or(code(source));
-        let message = source["message"].as_str().map(str::to_owned);
-        outcome.message = outcome.message.or(message);
+        // What helps stands below the first line, and in the folder of the run.
+        let message = source["message"].as_str().and_then(|text| text.lines().next());
+        outcome.message = outcome.message.or_else(|| message.map(str::to_owned));
     }
     let told = outcome.summary.as_ref().and_then(|summary| summary["status"].as_str());
     if let Some(told) = told.filter(|told| *told != "completed") {

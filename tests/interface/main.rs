@@ -7,6 +7,7 @@ mod advice;
 mod bad_input;
 mod columns;
 mod commands;
+mod diagnosis;
 mod halving;
 mod nonsense;
 mod point;

@@ -24,6 +24,14 @@ fn results_are_complete(run: &Run) {
         run.stderr
     );
 
+    for hint in [
+        "where: the node at",
+        "near the largest that the body carries",
+        "control: {arc_length: ..}",
+    ] {
+        assert_eq!(run.complaints(hint).len(), 1, "no `{hint}`: {}", run.stderr);
+    }
+
     let (history, convergence, summary) = (run.history(), run.convergence(), run.summary());
     let steps = history.rows.len() - 1;
     assert!(steps >= 8, "the bar carries eight steps; {steps} were accepted");
@@ -106,7 +114,7 @@ fn a_limit_of_iterations_stops_too() {
         .run();
     let summary = run.expect_code(3).summary();
     assert!(
-        summary.text("message").contains("DIVERGED_MAX_IT"),
+        summary.text("message").contains("-snes_max_it = 1") && summary.text("message").contains("DIVERGED_MAX_IT"),
         "{}",
         summary.text("message")
     );
