@@ -24,9 +24,14 @@ const ORDER: sys::PetscInt = 128;
 pub(super) fn take_work_area(own_rank: sys::MPI_Comm) -> Result<(), PetscError> {
     // SAFETY: a fresh mapping that nothing points into, given back at once.
     let there_is_room = unsafe {
-        mmap_anonymous(null_mut(), WORK_AREA, ProtFlags::READ | ProtFlags::WRITE, MapFlags::PRIVATE)
-            .and_then(|room| munmap(room, WORK_AREA))
-            .is_ok()
+        mmap_anonymous(
+            null_mut(),
+            WORK_AREA,
+            ProtFlags::READ | ProtFlags::WRITE,
+            MapFlags::PRIVATE,
+        )
+        .and_then(|room| munmap(room, WORK_AREA))
+        .is_ok()
     };
     if !there_is_room {
         let megabytes = WORK_AREA >> 20;
