@@ -71,7 +71,7 @@ impl Hint {
             Hint::Locking => [
                 "the material hardly changes its volume, and hat functions lock under that",
                 "grid.basis: bspline2",
-                "When a step finds no equilibrium",
+                "Volumetric locking",
             ],
             Hint::MoreIterations => [
                 "the residual was still falling when the limit of iterations was reached",
@@ -86,7 +86,7 @@ impl Hint {
             Hint::RoundOff => [
                 "round-off of something far stiffer or far larger than the forces that are asked for",
                 "a larger solver.force_tolerance, a smaller penalty, or less contrast of stiffness",
-                "When a step finds no equilibrium",
+                "Round-off",
             ],
             Hint::LargeStep => [
                 "the step is too large, the load beyond what the body carries, or a number in the wrong unit",
@@ -111,7 +111,7 @@ pub fn explain<C: Fields<D, N>, const D: usize, const N: usize>(
         lines.push(format!("where: {place}"));
         lines.extend(emptiest.map(|fill| format!("cells there: the emptiest is filled to {}", percentage(fill))));
     }
-    for hint in hints(scene, steps, &failure.cause, site.as_ref()) {
+    for hint in hints(scene, steps, failure, site.as_ref()) {
         let [cause, remedy, section] = hint.texts();
         lines.push(format!("usual cause: {cause}"));
         lines.push(format!("what helps: {remedy} ({PAGE}, \"{section}\")"));
@@ -128,16 +128,16 @@ fn percentage(share: f64) -> String {
 }
 
 /// The most likely causes first.
-fn hints(scene: &Scene, steps: usize, cause: &Cause, site: Option<&Site>) -> Vec<Hint> {
+fn hints(scene: &Scene, steps: usize, failure: &Failure, site: Option<&Site>) -> Vec<Hint> {
     let mut hints = Vec::new();
-    match cause {
+    match &failure.cause {
         Cause::Singular => hints.push(Hint::Unheld),
-        Cause::Stagnation { .. } => hints.push(Hint::RoundOff),
+        Cause::Stagnation { .. } if !failure.smaller_might_do => return vec![Hint::RoundOff],
         Cause::IterationLimit { falling: true, .. } => hints.push(Hint::MoreIterations),
         _ => {}
     }
     let little = site.and_then(|site| site.emptiest).is_some_and(|fill| fill < LITTLE);
-    if little && !matches!(cause, Cause::Stagnation { .. }) {
+    if little {
         match (&scene.ghost, scene.grid.basis) {
             (Some(_), _) => hints.push(Hint::WeakGhost),
             (None, BasisKind::BSpline(2..)) => {}

@@ -334,8 +334,11 @@ pub(super) fn settle<C: Fields<D, N>, const D: usize, const N: usize>(
     })
 }
 
-/// Collective. A residual that stays where it is, above the tolerance and above round-off. Neither another line search nor
-/// a smaller step changes its level; beside smaller loads it only weighs more.
+/// Relative residual up to which one that stays where it is comes of round-off. Neither another line search nor a smaller
+/// step changes its level; beside smaller loads it only weighs more. A larger one belongs to a step that led astray.
+const LARGEST_ROUND_OFF: f64 = 1.0e-3;
+
+/// Collective. A residual that stays where it is, above the tolerance and above its expected round-off.
 pub(super) fn stagnated<C: Fields<D, N>, const D: usize, const N: usize>(
     problem: &Equilibrium<'_, C, D, N>,
 ) -> Failure {
@@ -344,13 +347,14 @@ pub(super) fn stagnated<C: Fields<D, N>, const D: usize, const N: usize>(
     let node = problem.worst_node();
     let place = node.as_ref().map_or("no single place", |node| &node.description);
     Failure {
-        smaller_might_do: false,
+        search_matters: true,
+        smaller_might_do: residual > LARGEST_ROUND_OFF,
         ..Failure::plain(format!(
             "the residual stagnates at {residual:.1e} of the forces, above solver.force_tolerance {tolerance:e}; \
              it is largest at {place}"
         ))
     }
-    .because(Cause::Stagnation { node })
+    .because(Cause::Stagnation { residual, node })
 }
 
 /// Least relative residual of some iterations.

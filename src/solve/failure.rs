@@ -42,6 +42,8 @@ pub enum Cause {
     },
     /// The residual stayed where it was, above the tolerance and above round-off.
     Stagnation {
+        /// Its relative size [-].
+        residual: f64,
         node: Option<WorstNode>,
     },
     /// The tangent is singular.
@@ -53,7 +55,7 @@ impl Cause {
     /// Where the residual is worst, if that is known.
     pub fn node(&self) -> Option<&WorstNode> {
         match self {
-            Cause::IterationLimit { node, .. } | Cause::Divergence { node, .. } | Cause::Stagnation { node } => {
+            Cause::IterationLimit { node, .. } | Cause::Divergence { node, .. } | Cause::Stagnation { node, .. } => {
                 node.as_ref()
             }
             Cause::Point(_) | Cause::Singular | Cause::Other => None,

@@ -49,8 +49,9 @@ impl Setback {
             Cause::IterationLimit { residual, .. } => ("limit of iterations", *residual, true),
             Cause::Divergence { residual, .. } => ("divergence", *residual, true),
             Cause::Singular => ("singular", f64::INFINITY, true),
+            Cause::Stagnation { residual, .. } => ("stagnation", *residual, true),
             // Whatever it is may be gone at the next size.
-            Cause::Stagnation { .. } | Cause::Other => ("else", 0.0, true),
+            Cause::Other => ("else", 0.0, true),
         };
         Self {
             way: way.to_owned(),

@@ -56,7 +56,7 @@ fn cells_that_hold_little_are_named_with_their_remedy_and_the_step_is_not_halved
         assert_eq!(told, 1, "`{part}`: {}", alone.stderr);
     }
     let attempts = alone.summary().count("attempts") - alone.summary().count("steps");
-    assert!(attempts <= 18, "{attempts} attempts failed");
+    assert!(attempts < 3 * 12, "{attempts} attempts failed: all sizes were tried");
     // What helps does not depend on the number of ranks.
     let advice = |run: &Run| -> Vec<String> {
         let hints = message(run).into_iter().skip(2);
@@ -92,12 +92,10 @@ output: {history: [{name: base, reaction: {boundary: base, component: uy}}]}
     .run()
     .expect_code(3);
     assert!(run.history().rows.len() > 1, "no step was accepted\n{}", run.stdout);
-    let first: Vec<_> = run
-        .convergence()
-        .attempts
-        .iter()
-        .filter(|attempt| attempt.step == 1)
-        .map(|_| ())
-        .collect();
-    assert!(first.len() > 4, "{} attempts at the first step", first.len());
+    let failed = run
+        .stdout
+        .lines()
+        .filter(|line| line.starts_with("step 1 of stage press"))
+        .count();
+    assert!(failed > 2 * 4, "{failed} attempts at the first step failed");
 }
