@@ -27,8 +27,9 @@ time: they say what order of time a run takes, no more.
 
 
 def overrides(scene):
-    """Overrides of a scene's keys as the command line has them."""
-    return "".join(f" --set {shlex.quote(word)}" for word in scene.split()[1:])
+    """Overrides of a scene's keys as the command line has them; they replace results of the scene as it is."""
+    words = scene.split()[1:]
+    return (" --overwrite" if words else "") + "".join(f" --set {shlex.quote(word)}" for word in words)
 
 
 def shown(scene):

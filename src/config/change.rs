@@ -21,12 +21,18 @@ pub fn changes(before: &Value, now: &Value, stage: usize) -> Vec<Change> {
     found
 }
 
-/// What makes another scene of a configuration, both as [`read_back`] gives them: everything that the numbers of the
-/// results depend on, the solver and the columns of the history included. Free are the title and what is written, where
-/// and how often.
+/// What makes another scene of a configuration, both as [`read_back`] gives them: everything that the digits of the
+/// results depend on, tolerances and the columns of the history included. Free are the title, what is written, where and
+/// how often, and how linear systems are solved.
 pub fn changes_of_scene(before: &Value, now: &Value) -> Vec<Change> {
     let mut found = Vec::new();
-    compare("", before, now, &only_shown, &mut found);
+    compare(
+        "",
+        before,
+        now,
+        &|path| only_shown(path) || only_solves(path),
+        &mut found,
+    );
     found
 }
 
@@ -102,6 +108,12 @@ fn only_shown(path: &str) -> bool {
     path == "title" || path.starts_with("output.") && !path.starts_with("output.history")
 }
 
+/// Whether a key says by which way a solution is found, and not which solution or how exactly.
+fn only_solves(path: &str) -> bool {
+    let keys = ["method", "repeatable", "partitioner", "petsc_options", "max_iterations"];
+    path.strip_prefix("solver.").is_some_and(|key| keys.contains(&key))
+}
+
 fn describe(value: &Value) -> String {
     match value {
         Value::Null => "nothing".to_owned(),
@@ -138,7 +150,7 @@ mod tests {
         assert_eq!(changes(&before, &now, 0)[1].before, "nothing");
     }
     #[test]
-    fn another_solver_makes_another_scene_and_another_title_does_not() {
+    fn other_tolerances_make_another_scene_and_another_title_or_way_does_not() {
         let text = "title: a\ngrid: {cell_size: 1.0e-3}\nsolver:\n  force_tolerance: 1.0e-9\noutput:\n  \
                     directory: \"x\"\n  history:\n    - {name: force}\n";
         let changed = |now: &str| -> Vec<Change> {
@@ -148,6 +160,10 @@ mod tests {
         let paths = |now: &str| -> Vec<String> { changed(now).into_iter().map(|change| change.path).collect() };
         let shown = text
             .replace("title: a", "title: b")
+            .replace(
+                "solver:\n",
+                "solver:\n  petsc_options: \"-log_view\"\n  method: direct\n",
+            )
             .replace("\"x\"", "y\n  report: false");
         assert!(paths(text).is_empty() && paths(&shown).is_empty());
         let other = text
