@@ -21,6 +21,10 @@ const STRAIN_ERRORS: f64 = 4.0;
 /// A residual that no iteration brings down is at round-off up to so many times that level.
 pub const STALLED_AT_ROUND_OFF: f64 = 16.0;
 
+/// Motions of a step, in lengths over which the basis falls, that round-off is reckoned with. A body that flies off farther
+/// is not held, and the size of its increments is no reason to take any residual for zero.
+const FARTHEST_MOTION: f64 = 1.0e3;
+
 /// What round-off can make of the residual of own unknowns in a step.
 pub struct RoundOff {
     /// Forces that a strain of one would make [N, N m]; none where the residual has units of its own.
@@ -81,6 +85,7 @@ impl RoundOff {
 
     /// Round-off of the residual of an own unknown at an increment of its node [m, rad].
     fn at(&self, index: usize, motion: f64) -> f64 {
+        let motion = motion.min(FARTHEST_MOTION / self.steepest);
         let strain = self.strain[index] * (1.0 + self.steepest * motion);
         STRAIN_ERRORS * f64::EPSILON * (strain + self.springs[index] * motion)
     }
@@ -142,5 +147,25 @@ impl RoundOff {
                     }
                 })
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn round_off_grows_with_the_motion_but_not_for_a_body_that_flies_off() {
+        let of = |steepest| RoundOff {
+            strain: vec![1.0e9],
+            springs: vec![0.0],
+            steepest,
+        };
+        let unit = STRAIN_ERRORS * f64::EPSILON * 1.0e9;
+        assert!((of(8.0).at(0, 0.0) / unit - 1.0).abs() < 1e-15);
+        assert!((of(8.0).at(0, 2.0) / unit - 17.0).abs() < 1e-13);
+        assert!((of(8.0).at(0, 1.0e11) / unit - 1.0 - FARTHEST_MOTION).abs() < 1e-10);
+        // No points on any rank.
+        assert!((of(0.0).at(0, 1.0) / unit - 1.0).abs() < 1e-15);
     }
 }
