@@ -529,10 +529,21 @@ fn stiffest<C: Fields<D, N>, const D: usize, const N: usize>(
     let mut workspace = Workspace::<C, D, N>::new(Rc::new(Clock::start()));
     let Model { laws, points, .. } = model;
     let (batches, active) = (&system.batches, &system.active);
-    // The initial state is in the domain of every law.
-    let _ = workspace.add_internal_forces(laws, batches, active, points, &zero, &mut zero.clone());
-    let consistent = Linearisation::Consistent;
-    let _ = workspace.add_tangent(laws, batches, active, points, &zero, consistent, &mut diagonal);
+    let at_rest = "the initial state is in the domain of every law";
+    workspace
+        .add_internal_forces(laws, batches, active, points, &zero, &mut zero.clone())
+        .expect(at_rest);
+    workspace
+        .add_tangent(
+            laws,
+            batches,
+            active,
+            points,
+            &zero,
+            Linearisation::Consistent,
+            &mut diagonal,
+        )
+        .expect(at_rest);
     let mut largest = [0.0f64; 2];
     for (index, entry) in diagonal.entries.iter().enumerate() {
         let kind = usize::from(!C::IS_TRANSLATION[index % N]);

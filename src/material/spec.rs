@@ -363,6 +363,10 @@ impl LawName {
     }
 }
 
+/// Bounds of the cohesion of Drucker-Prager soil, and what dry sand takes instead of none.
+const COHESION: &str = "a number > 0; for dry sand a small one that its loads hardly feel, such as 0.1e3 to 1e3, with \
+                        stabilisation.ghost or grid.basis: bspline2 where cells hold little";
+
 impl MaterialKeys {
     /// The keys that hold numbers and are set, by name.
     pub fn numbers_mut(&mut self) -> impl Iterator<Item = (&'static str, &mut f64)> {
@@ -767,7 +771,9 @@ impl Checks<'_> {
         let keys = self.keys;
         let cone = self.cone();
         let strength = self.choose("the strength", &[&["cohesion"], &["yield_strength"]]);
-        self.positive("cohesion", keys.cohesion);
+        if let Some(cohesion) = keys.cohesion {
+            self.bound("cohesion", cohesion, cohesion > 0.0, COHESION);
+        }
         self.positive("yield_strength", keys.yield_strength);
         let plastic_length = self.plastic_length();
         let cone = cone?;

@@ -123,6 +123,13 @@ impl<C: Continuum, const D: usize> Points<C, D> {
         fn permute<T: Clone>(values: &mut Vec<T>, order: &[usize]) {
             *values = order.iter().map(|&from| values[from].clone()).collect();
         }
+        fn permute_rows(values: &mut Vec<f64>, width: usize, order: &[usize]) {
+            let mut ordered = Vec::with_capacity(width * order.len());
+            for &from in order {
+                ordered.extend_from_slice(&values[from * width..(from + 1) * width]);
+            }
+            *values = ordered;
+        }
         permute(&mut self.id, order);
         permute(&mut self.body, order);
         permute(&mut self.material, order);
@@ -136,16 +143,8 @@ impl<C: Continuum, const D: usize> Points<C, D> {
             permute(&mut self.motion, order);
             permute(&mut self.stress, order);
         }
-        let length = self.state_length;
-        self.state = order
-            .iter()
-            .flat_map(|&from| self.state[from * length..(from + 1) * length].to_vec())
-            .collect();
-        let count = self.gap_count;
-        self.gaps = order
-            .iter()
-            .flat_map(|&from| self.gaps[from * count..(from + 1) * count].to_vec())
-            .collect();
+        permute_rows(&mut self.state, self.state_length, order);
+        permute_rows(&mut self.gaps, self.gap_count, order);
         if self.keeps_last_motion {
             permute(&mut self.last_motion, order);
         }

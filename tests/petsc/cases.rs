@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 use std::rc::Rc;
+use std::time::Instant;
 
 use mpm_petsc::parallel::World;
 use mpm_petsc::petsc::{
@@ -611,6 +612,7 @@ fn log(session: &Rc<Session>) {
     let stage = LogStage::new(session, "equilibrium").expect("a stage");
     let again = LogStage::new(session, "equilibrium").expect("the same stage");
     let before = session.phase_seconds().expect("times");
+    let begin = Instant::now();
     {
         let _outer = stage.enter().expect("entered");
         let _inner = again.enter().expect("entered");
@@ -623,9 +625,14 @@ fn log(session: &Rc<Session>) {
     }
     let after = session.phase_seconds().expect("times");
     let (factorisation, solve) = (after.factorisation - before.factorisation, after.solve - before.solve);
-    println!("factorisation {factorisation} s, solve {solve} s");
+    let all = begin.elapsed().as_secs_f64();
+    println!("factorisation {factorisation} s, solve {solve} s, of {all} s");
     assert!(factorisation > 0.0 && solve > 0.0);
-    assert!(solve < factorisation, "the solve does not contain the factorisation");
+    // On a busy machine ranks wait for each other in either.
+    assert!(
+        factorisation + solve < all,
+        "the solve does not contain the factorisation"
+    );
 }
 
 fn unused_options(session: &Rc<Session>) {
