@@ -13,6 +13,7 @@ use super::{Components, NoSolution};
 use crate::continuum::micropolar::MicropolarStrain;
 use nalgebra::{Matrix3, Rotation3, SymmetricEigen, Vector3};
 use std::collections::BTreeMap;
+use std::fmt::Debug;
 
 /// Tolerance of the local iterations, as analyses have it.
 const TOLERANCE: f64 = 1e-9;
@@ -32,15 +33,35 @@ struct Tally {
 }
 
 impl Tally {
+    /// All trials that `make` makes; every answer is verified. `respond` gives for a trial the kind of its answer, or what is
+    /// wrong with it, or why the law refused it; `has_answer` tells which of these have one.
+    fn of<T: Debug>(
+        components: Components,
+        mut make: impl FnMut(&mut Random) -> T,
+        respond: impl Fn(&T) -> Result<Result<&'static str, String>, NoSolution>,
+        has_answer: impl Fn(&T) -> bool,
+    ) -> Self {
+        let mut random = Random::new(61);
+        let mut tally = Self::default();
+        for index in 0..trials() {
+            let trial = make(&mut random);
+            let (counts, kind) = match respond(&trial) {
+                Ok(Ok(kind)) => (&mut tally.returned, kind),
+                Ok(Err(failure)) => panic!("trial {index}: {failure}: {trial:?}"),
+                Err(NoSolution { what, .. }) if has_answer(&trial) => (&mut tally.missed, what),
+                Err(NoSolution { what, .. }) => (&mut tally.without_answer, what),
+            };
+            *counts.entry(kind).or_default() += 1;
+        }
+        println!("{components:?}: {:.6} {tally:?}", tally.share());
+        tally
+    }
+
     /// Returned ones among those that have an answer.
     fn share(&self) -> f64 {
         let sum = |counts: &BTreeMap<&'static str, usize>| counts.values().sum::<usize>() as f64;
         let returned = sum(&self.returned);
         returned / (returned + sum(&self.missed))
-    }
-
-    fn add(counts: &mut BTreeMap<&'static str, usize>, name: &'static str) {
-        *counts.entry(name).or_default() += 1;
     }
 }
 

@@ -2,6 +2,25 @@
 
 use std::fmt::Write;
 
+/// A block of 2 x 2 elastic cells that is sheared: a run of a moment.
+pub const BLOCK: &str = "
+title: Sheared block
+model: {kinematics: plane_strain}
+grid: {min: [0.0, 0.0], max: [0.03, 0.02], cell_size: 0.01, basis: linear}
+materials:
+  rubber: {law: elastic, lame_lambda: 8.0e6, shear_modulus: 6.0e6, coupling_modulus: 1.0e6, alpha: 5.0, beta: 40.0, gamma: 100.0}
+bodies:
+  - {name: block, material: rubber, shape: {box: {min: [0.0, 0.0], max: [0.02, 0.02]}}, points_per_cell: 2}
+boundary:
+  - {face: y_min, fix: [ux, uy], name: base}
+  - {face: y_max, fix: [uy], move: {ux: 0.002}, name: top}
+stages: [{name: shear, steps: 2, max_halvings: 0}]
+output:
+  history:
+    - {name: shift, boundary_motion: {boundary: top, component: ux}}
+    - {name: base, reaction: {boundary: base, component: ux}}
+";
+
 /// Nodes of a grid from the origin with cubic cells, as positions; two coordinates or three. Those of splines of a higher
 /// order are at their Greville points.
 pub fn nodes(cells: &[usize], edge: f64, order: usize) -> Vec<Vec<f64>> {

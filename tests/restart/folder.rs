@@ -1,29 +1,12 @@
 //! Result folders: one writer at a time, and nothing that lies there is lost.
 
 use crate::common::launch::{Launch, Run};
+use crate::common::scene::BLOCK;
 use crate::scenes::{BIAXIAL, Runs, wait_for_rows};
 use rustix::process::Signal;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-
-/// A block that is sheared in two steps: a run of a moment.
-pub const BLOCK: &str = "
-title: Sheared block
-model: {kinematics: plane_strain}
-grid: {min: [0.0, 0.0], max: [0.03, 0.02], cell_size: 0.01, basis: linear}
-materials:
-  rubber: {law: elastic, lame_lambda: 8.0e6, shear_modulus: 6.0e6, coupling_modulus: 1.0e6, alpha: 5.0, beta: 40.0, gamma: 100.0}
-bodies:
-  - {name: block, material: rubber, shape: {box: {min: [0.0, 0.0], max: [0.02, 0.02]}}, points_per_cell: 2}
-boundary:
-  - {face: y_min, fix: [ux, uy], name: base}
-  - {face: y_max, fix: [uy], move: {ux: 0.002}, name: top}
-stages: [{name: shear, steps: 2, max_halvings: 0}]
-output:
-  history:
-    - {name: base, reaction: {boundary: base, component: ux}}
-";
 
 /// A run of the block into a folder.
 fn block(folder: &Path) -> Launch {

@@ -167,24 +167,15 @@ fn verify(trial: &Trial, stress: &ClassicalStress, new: &[f64]) -> Result<&'stat
 
 /// All trials of a law; every answer is verified.
 fn tally(components: Components, frictional: bool) -> Tally {
-    let mut random = Random::new(61);
-    let mut tally = Tally::default();
-    for index in 0..trials() {
-        let trial = trial(&mut random, components, frictional);
+    let respond = |trial: &Trial| {
         let law = HenckyPlasticity::new(&trial.elastic, &trial.plastic, components);
         let mut new = vec![f64::NAN; 8];
         let mut stress = ClassicalStress::default();
-        match law.respond(&trial.strain, &trial.old, &mut new, &mut stress) {
-            Ok(()) => match verify(&trial, &stress, &new) {
-                Ok(branch) => Tally::add(&mut tally.returned, branch),
-                Err(failure) => panic!("trial {index}: {failure}: {trial:?}"),
-            },
-            Err(NoSolution { what, .. }) if has_answer(&trial) => Tally::add(&mut tally.missed, what),
-            Err(NoSolution { what, .. }) => Tally::add(&mut tally.without_answer, what),
-        }
-    }
-    println!("{components:?}: {:.6} {tally:?}", tally.share());
-    tally
+        law.respond(&trial.strain, &trial.old, &mut new, &mut stress)?;
+        Ok(verify(trial, &stress, &new))
+    };
+    let make = |random: &mut Random| trial(random, components, frictional);
+    Tally::of(components, make, respond, has_answer)
 }
 
 #[test]

@@ -234,21 +234,12 @@ fn verify(trial: &Trial, stress: &MicropolarStress, new: &[f64]) -> Result<&'sta
 
 /// All trials in one of the continua; every answer is verified.
 fn tally(components: Components, kind: &Kind) -> Tally {
-    let mut random = Random::new(61);
-    let mut tally = Tally::default();
-    for index in 0..trials() {
-        let trial = trial(&mut random, components, kind);
-        match respond(&trial, components) {
-            Ok((stress, new)) => match verify(&trial, &stress, &new) {
-                Ok(kind) => Tally::add(&mut tally.returned, kind),
-                Err(failure) => panic!("trial {index}: {failure}: {trial:?}"),
-            },
-            Err(NoSolution { what, .. }) if may_have_answer(&trial) => Tally::add(&mut tally.missed, what),
-            Err(NoSolution { what, .. }) => Tally::add(&mut tally.without_answer, what),
-        }
-    }
-    println!("{components:?}: {:.6} {tally:?}", tally.share());
-    tally
+    let respond = |trial: &Trial| {
+        let (stress, new) = respond(trial, components)?;
+        Ok(verify(trial, &stress, &new))
+    };
+    let make = |random: &mut Random| trial(random, components, kind);
+    Tally::of(components, make, respond, may_have_answer)
 }
 
 #[test]
