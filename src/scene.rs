@@ -10,7 +10,7 @@ use crate::grid::basis::{BSpline, Basis, Gimp, Linear};
 use crate::grid::ghost::GhostSettings;
 use crate::grid::mesh::MeshFace;
 use crate::material::spec::MaterialSpec;
-use crate::points::seed::{Body, Region};
+use crate::points::seed::{Body, PointSource, Region};
 use crate::points::select::Selection;
 use crate::solve::settings::{SolverSettings, Stage};
 use crate::verification::Manufactured;
@@ -39,6 +39,14 @@ pub struct Scene {
     pub output: OutputSettings,
 }
 
+impl Scene {
+    /// Whether a mesh carries the points instead of the grid.
+    pub fn is_on_a_mesh(&self) -> bool {
+        let mesh = |body: &Body| matches!(body.points, PointSource::Mesh(_));
+        self.bodies.iter().any(mesh)
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kinematics {
     PlaneStrain,
@@ -63,6 +71,11 @@ pub enum BasisKind {
 }
 
 impl BasisKind {
+    /// Whether the functions are hats, averaged over domains or not: too stiff where material keeps its volume.
+    pub fn is_of_hats(self) -> bool {
+        matches!(self, BasisKind::Linear | BasisKind::Gimp | BasisKind::BSpline(1))
+    }
+
     /// The functions themselves.
     pub fn functions(self) -> Box<dyn Basis> {
         match self {

@@ -5,9 +5,9 @@ use super::cost::SystemSize;
 use super::symmetry;
 use crate::condition::dirichlet::{Boundary, GridPlane};
 use crate::continuum::Fields;
+use crate::grid::words::length;
 use crate::material::spec::MaterialSpec;
 use crate::petsc::LinearSolver;
-use crate::points::seed::PointSource;
 use crate::scene::{Kinematics, LoadKind, Scene};
 use crate::solve::settings::Stage;
 
@@ -55,16 +55,6 @@ fn solver_memory(size: &SystemSize, scene: &Scene) -> String {
              about {direct} MB for a direct solution of a compact body)",
             megabytes(size.iterative_memory())
         ),
-    }
-}
-
-/// A length for a message: four digits tell enough, and hide the round-off of a division.
-pub fn length(metres: f64) -> String {
-    let rounded: f64 = format!("{metres:.3e}").parse().unwrap_or(metres);
-    match rounded.abs() {
-        1e-4..1e6 => format!("{rounded}"),
-        _ if rounded == 0.0 => "0".to_owned(),
-        _ => format!("{rounded:e}"),
     }
 }
 
@@ -145,11 +135,7 @@ fn rotations_are_idle(scene: &Scene, is_translation: &[bool]) -> Option<String> 
 
 /// Cells beside the internal length of plastic materials with rotations.
 fn cells_and_lengths(scene: &Scene) -> Vec<String> {
-    let on_a_mesh = scene
-        .bodies
-        .iter()
-        .any(|body| matches!(body.points, PointSource::Mesh(_)));
-    if on_a_mesh || !scene.continuum.has_rotations() {
+    if scene.is_on_a_mesh() || !scene.continuum.has_rotations() {
         return Vec::new();
     }
     let edges = &scene.grid.cell_size[..scene.kinematics.dimension()];
@@ -204,25 +190,4 @@ fn too_many_points(points: u64, active_cells: u64) -> Option<String> {
     (per_cell >= MANY_POINTS).then(|| {
         format!("there are {per_cell:.0} points per active cell: 2 to 4 points_per_cell along each axis are usual")
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lengths_have_four_digits_at_most() {
-        for (metres, text) in [
-            (0.00125000000000002, "0.00125"),
-            (0.1 / 3.0, "0.03333"),
-            (2.0, "2"),
-            (-0.05, "-0.05"),
-            (0.0, "0"),
-            (12_345.6, "12350"),
-            (1.0e-6 / 3.0, "3.333e-7"),
-            (2.5e7, "2.5e7"),
-        ] {
-            assert_eq!(length(metres), text);
-        }
-    }
 }

@@ -1,11 +1,12 @@
 //! What to tell of a step that found no equilibrium: where it failed, what usually causes that, and which key mends it.
 
+use super::inspect::locking::NEARLY_INCOMPRESSIBLE;
 use super::snapshot::state_scalar;
 use crate::assembly::model::Model;
 use crate::continuum::Fields;
+use crate::grid::words::place;
 use crate::material::spec::MaterialSpec;
 use crate::parallel::World;
-use crate::points::seed::PointSource;
 use crate::points::select::in_space;
 use crate::scene::{BasisKind, Scene};
 use crate::solve::failure::{Cause, Failure};
@@ -16,9 +17,6 @@ const PAGE: &str = "docs/stability.md";
 
 /// Part of a cell below which it holds little.
 const LITTLE: f64 = 0.3;
-
-/// Poisson's ratio from which on hat functions lock.
-const NEARLY_INCOMPRESSIBLE: f64 = 0.45;
 
 /// Slope of dilatancy below which plastic flow keeps the volume: that of about two degrees.
 const ISOCHORIC: f64 = 0.04;
@@ -148,7 +146,7 @@ fn hints(scene: &Scene, steps: usize, failure: &Failure, site: Option<&Site>) ->
     if hints.is_empty() && loaded && steps > 0 {
         hints.push(Hint::LimitPoint);
     }
-    if has_hats(scene) && keeps_its_volume(scene, site.and_then(|site| site.material)) {
+    if scene.grid.basis.is_of_hats() && keeps_its_volume(scene, site.and_then(|site| site.material)) {
         hints.push(Hint::Locking);
     }
     if hints.is_empty() {
@@ -158,22 +156,11 @@ fn hints(scene: &Scene, steps: usize, failure: &Failure, site: Option<&Site>) ->
     hints
 }
 
-fn has_hats(scene: &Scene) -> bool {
-    matches!(
-        scene.grid.basis,
-        BasisKind::Linear | BasisKind::Gimp | BasisKind::BSpline(1)
-    )
-}
-
 /// Whether a material hardly changes its volume, elastically or as it flows; any of the scene's where none is to blame.
 fn keeps_its_volume(scene: &Scene, material: Option<usize>) -> bool {
-    let nearly = |lambda: f64, mu: f64| lambda / (2.0 * (lambda + mu)) > NEARLY_INCOMPRESSIBLE;
-    let keeps = |spec: &MaterialSpec| match spec {
-        MaterialSpec::Elastic(moduli) => nearly(moduli.lambda, moduli.mu),
-        MaterialSpec::Elastoplastic(moduli, plastic) => {
-            nearly(moduli.lambda, moduli.mu) || plastic.dilatancy_slope.abs() < ISOCHORIC
-        }
-        MaterialSpec::Sandstone(_) => false,
+    let keeps = |spec: &MaterialSpec| {
+        spec.poisson_ratio() > NEARLY_INCOMPRESSIBLE
+            || spec.dilatancy_slope().is_some_and(|slope| slope.abs() < ISOCHORIC)
     };
     let chosen = scene.materials.iter().enumerate();
     chosen
@@ -193,7 +180,7 @@ fn site<C: Fields<D, N>, const D: usize, const N: usize>(
         return Some(Site {
             place,
             material: Some(material),
-            emptiest: emptiest_cell(world, scene, model, &position),
+            emptiest: emptiest_cell(world, model, &position),
         });
     }
     let node = cause.node()?;
@@ -204,29 +191,14 @@ fn site<C: Fields<D, N>, const D: usize, const N: usize>(
             emptiest: None,
         });
     };
+    let nearest = model.points.nearest_id(world, &position, model.grid.smallest_edge());
+    let (_, material, nearest) = describe_point(world, scene, model, nearest);
     let position = SVector::from_fn(|axis, _| position[axis]);
-    let (_, material, nearest) = describe_point(world, scene, model, nearest_point(world, model, &position));
     Some(Site {
         place: format!("{}; nearest to it {nearest}", node.description),
         material: Some(material),
-        emptiest: emptiest_cell(world, scene, model, &position),
+        emptiest: emptiest_cell(world, model, &position),
     })
-}
-
-/// Collective. Number of the point that is nearest to a position, the lowest of several.
-fn nearest_point<C: Fields<D, N>, const D: usize, const N: usize>(
-    world: &World,
-    model: &Model<C, D, N>,
-    position: &SVector<f64, D>,
-) -> u64 {
-    let points = &model.points;
-    let distances = points.position.iter().map(|own| (own - position).norm_squared());
-    let nearest = distances
-        .zip(&points.id)
-        .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(b.1)));
-    let (distance, id) = nearest.map_or((f64::INFINITY, u64::MAX), |(distance, &id)| (distance, id));
-    let least = world.min_of(distance);
-    world.min_of(if distance == least { id } else { u64::MAX })
 }
 
 /// Collective. Position and material of a point of this number, and both with body and accepted state in words.
@@ -244,11 +216,10 @@ fn describe_point<C: Fields<D, N>, const D: usize, const N: usize>(
     if let Some(p) = own {
         numbers = in_space(&points.position[p]);
         material = points.material[p] as usize;
-        let place: Vec<String> = numbers[..D].iter().map(|x| format!("{x:.4}")).collect();
         let chi = state_scalar(model, p, "chi");
         text = format!(
-            "point {id} at ({}), body {}, material {}; before this step J = {:.4}, {}",
-            place.join(", "),
+            "point {id} at {}, body {}, material {}; before this step J = {:.4}, {}",
+            place(&numbers[..D]),
             scene.bodies[points.body[p] as usize].name,
             scene.materials[material].name,
             C::observe_fields(&points.motion[p], &points.stress[p]).volume_ratio,
@@ -260,24 +231,23 @@ fn describe_point<C: Fields<D, N>, const D: usize, const N: usize>(
         );
     }
     world.sum_slice(&mut numbers);
-    let holder = world.min_of(if own.is_some() { world.rank() } else { world.size() });
-    let place = world.text_from(holder.min(world.size() - 1), &text);
-    (SVector::from_fn(|axis, _| numbers[axis]), world.sum(material), place)
+    let holder = world.first_where(own.is_some()).unwrap_or_default();
+    let description = world.text_from(holder, &text);
+    (
+        SVector::from_fn(|axis, _| numbers[axis]),
+        world.sum(material),
+        description,
+    )
 }
 
 /// Collective. How full the emptiest cell is that holds something, among that of a position and those around it; `None` on
 /// a mesh, whose cells are full.
 fn emptiest_cell<C: Fields<D, N>, const D: usize, const N: usize>(
     world: &World,
-    scene: &Scene,
     model: &Model<C, D, N>,
     position: &SVector<f64, D>,
 ) -> Option<f64> {
-    if scene
-        .bodies
-        .iter()
-        .any(|body| matches!(body.points, PointSource::Mesh(_)))
-    {
+    if model.elements.is_some() {
         return None;
     }
     let grid = &model.grid;

@@ -5,7 +5,7 @@
 
 mod contradictions;
 mod idle;
-mod locking;
+pub mod locking;
 mod motions;
 mod overlaps;
 mod pressed;
@@ -14,7 +14,6 @@ mod row_space;
 mod space;
 mod supports;
 
-use super::advice::length;
 use crate::assembly::model::{Model, Survey};
 use crate::config::Source;
 use crate::continuum::Fields;
@@ -43,12 +42,6 @@ impl Findings {
         self.problems.extend(other.problems);
         self.warnings.extend(other.warnings);
     }
-}
-
-/// A place for a message.
-fn corner(place: &[f64]) -> String {
-    let numbers: Vec<_> = place.iter().map(|&number| length(number)).collect();
-    format!("({})", numbers.join(", "))
 }
 
 /// Collective. Inspects a scene. Where it is known to be wrong, what holds the bodies is not asked: supports may be what

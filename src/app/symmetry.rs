@@ -1,9 +1,9 @@
 //! Whether half of a scene would tell as much as the whole: points, nodes with their conditions, and loads against their
 //! mirror images about the middle of the body.
 
-use super::advice::length;
 use super::build::Built;
 use crate::continuum::Fields;
+use crate::grid::words::length;
 use crate::scene::{LoadKind, Scene, Target};
 use std::collections::{HashMap, HashSet};
 use std::hash::{DefaultHasher, Hash, Hasher};

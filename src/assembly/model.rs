@@ -281,11 +281,9 @@ impl<C: Fields<D, N>, const D: usize, const N: usize> Model<C, D, N> {
 
 /// Makes a misplaced point known to every rank.
 fn agree_on_place<T>(world: &World, result: Result<T, Misplaced>) -> Result<T, Misplaced> {
-    let failing = if result.is_err() { world.rank() } else { world.size() };
-    let first = world.min_of(failing);
-    if first == world.size() {
+    let Some(first) = world.first_where(result.is_err()) else {
         return result;
-    }
+    };
     let own = result
         .err()
         .map(|misplaced| (misplaced.id, misplaced.body as u64, misplaced.what));

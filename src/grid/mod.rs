@@ -4,6 +4,7 @@ pub mod basis;
 pub mod ghost;
 pub mod mesh;
 pub mod region;
+pub mod words;
 
 use nalgebra::SVector;
 

@@ -161,14 +161,13 @@ impl MaterialSpec {
         0.5 * lambda / (lambda + mu)
     }
 
-    /// Whether plastic strain leaves the volume as it is: a potential that does not know the mean stress.
-    pub fn flows_at_constant_volume(&self) -> bool {
+    /// Slope of the plastic potential over the mean stress [-], zero where plastic strain leaves the volume as it is; `None`
+    /// without plasticity.
+    pub fn dilatancy_slope(&self) -> Option<f64> {
         match self {
-            MaterialSpec::Elastic(_) => false,
-            MaterialSpec::Elastoplastic(_, plastic) => plastic.dilatancy_slope == 0.0,
-            MaterialSpec::Sandstone(parameters) => {
-                parameters.plastic.is_some_and(|plastic| plastic.dilatancy_slope == 0.0)
-            }
+            MaterialSpec::Elastic(_) => None,
+            MaterialSpec::Elastoplastic(_, plastic) => Some(plastic.dilatancy_slope),
+            MaterialSpec::Sandstone(parameters) => parameters.plastic.map(|plastic| plastic.dilatancy_slope),
         }
     }
 }

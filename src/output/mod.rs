@@ -88,13 +88,9 @@ impl PointValues {
 /// Makes an outcome common: success if every rank succeeded, otherwise the message of the lowest rank that failed, on
 /// every rank. Collective.
 pub fn agree<T>(world: &World, outcome: Result<T, String>) -> Result<T, Error> {
-    let failed = if outcome.is_err() { world.rank() } else { world.size() };
-    let first = world.min_of(failed);
-    let message = match outcome {
-        Ok(value) if first == world.size() => return Ok(value),
-        Ok(_) => "no failure".to_string(),
-        Err(message) => message,
+    let Some(first) = world.first_where(outcome.is_err()) else {
+        return outcome.map_err(Error::System);
     };
-    let received = world.exchange(&vec![message.into_bytes(); world.size()]);
-    Err(Error::System(String::from_utf8_lossy(&received[first]).into_owned()))
+    let own = outcome.err().unwrap_or_default();
+    Err(Error::System(world.text_from(first, &own)))
 }

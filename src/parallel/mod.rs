@@ -149,15 +149,20 @@ impl World {
         self.max_of(u8::from(any)) == 1
     }
 
+    /// The lowest rank where `holds` is true; `None` where there is none.
+    pub fn first_where(&self, holds: bool) -> Option<usize> {
+        let first = self.min_of(if holds { self.rank() } else { self.size() });
+        (first < self.size()).then_some(first)
+    }
+
     /// Makes a result common: `Ok` if it is `Ok` everywhere, otherwise an error on every rank.
     ///
     /// A rank that succeeded itself gets `elsewhere(rank)`, with the lowest rank that failed.
     pub fn agree<T, E>(&self, result: Result<T, E>, elsewhere: impl FnOnce(usize) -> E) -> Result<T, E> {
-        let failed = if result.is_err() { self.rank() } else { self.size() };
-        let first = self.min_of(failed);
-        match result {
-            Ok(_) if first < self.size() => Err(elsewhere(first)),
-            other => other,
+        let failed = result.is_err();
+        match (result, self.first_where(failed)) {
+            (Ok(_), Some(first)) => Err(elsewhere(first)),
+            (result, _) => result,
         }
     }
 

@@ -78,8 +78,7 @@ pub fn agree(world: &World, answer: Result<(), Evaluate>) -> Result<(), Evaluate
         1 => return Err(Evaluate::OutOfDomain),
         _ => {}
     }
-    let failing = if severity == worst { world.rank() } else { world.size() };
-    let first = world.min_of(failing);
+    let first = world.first_where(severity == worst).unwrap_or_default();
     let own = match answer {
         Err(Evaluate::Failed(error)) => error.to_string(),
         _ => String::new(),

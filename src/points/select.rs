@@ -49,7 +49,10 @@ impl<C: Continuum, const D: usize> Points<C, D> {
     ) -> u64 {
         let chosen: Vec<bool> = match selection {
             Selection::Layer { body, direction } => self.layer(world, *body, direction, edge),
-            Selection::Nearest(target) => self.nearest(world, target, edge),
+            Selection::Nearest(target) => {
+                let nearest = self.nearest_id(world, target, edge);
+                self.all(|p| self.id[p] == nearest)
+            }
             Selection::Within(shape) => self.all(|p| shape.contains(&in_space(&self.position[p]), 0.0)),
             Selection::Surface { body, sides } => self.surface(world, grid, *body, &bodies[*body], sides),
             Selection::Load(load) => match marks_of_load(*load) {
@@ -113,19 +116,19 @@ impl<C: Continuum, const D: usize> Points<C, D> {
         chosen
     }
 
-    /// The one point nearest to a position, the lowest id among equals.
-    fn nearest(&self, world: &World, target: &[f64; 3], edge: f64) -> Vec<bool> {
+    /// Collective. Number of the point nearest to a position, the lowest among those at that distance within round-off of
+    /// the edge of a cell; `u64::MAX` where there are no points.
+    pub fn nearest_id(&self, world: &World, target: &[f64; 3], edge: f64) -> u64 {
         let distance = |p: usize| (Vector3::from(in_space(&self.position[p])) - Vector3::from(*target)).norm();
         let smallest = world.min_of((0..self.len()).map(distance).fold(f64::INFINITY, f64::min));
         let near = |p: usize| distance(p) <= smallest + LAYER_TOLERANCE * edge;
-        let lowest_id = world.min_of(
+        world.min_of(
             (0..self.len())
                 .filter(|&p| near(p))
                 .map(|p| self.id[p])
                 .min()
                 .unwrap_or(u64::MAX),
-        );
-        self.all(|p| self.id[p] == lowest_id)
+        )
     }
 }
 

@@ -13,6 +13,7 @@ use crate::assembly::surface::ActingConditions;
 use crate::condition::dirichlet::Prescribed;
 use crate::condition::weak::platen_of;
 use crate::continuum::{Fields, Linearisation, UnknownKind};
+use crate::grid::words::place;
 use crate::interrupt::Interrupt;
 use crate::parallel::World;
 use crate::petsc::{BlockMatrix, Evaluate, Iteration, Nonlinear, PetscError, PetscInt, Verdict};
@@ -48,7 +49,7 @@ pub struct Equilibrium<'a, C: Fields<D, N>, const D: usize, const N: usize> {
     pub records: Vec<IterationRecord>,
     /// Whether the last test was met by a residual at round-off.
     pub at_round_off: bool,
-    /// The residual farthest above its round-off among own unknowns, at the last test that was not met.
+    /// The residual farthest above its round-off among own unknowns, at the last test above the tolerance.
     pub worst: Option<Measured>,
     /// Why the last evaluation failed, on the rank where it did.
     pub failure: Option<OutOfDomain>,
@@ -136,22 +137,17 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
         }
         let round_off = &self.scales.round_off;
         let tolerance = self.settings.force_tolerance;
-        let [excess, stalled_excess] = round_off.excess::<C, D, N>(self.world, iteration.residual, &self.evaluated);
-        let within = |excess: f64| excess <= tolerance * self.norms.scale(self.peak_force);
+        let excess = round_off.excess::<C, D, N>(self.world, iteration.residual, &self.evaluated);
+        self.worst = excess.worst;
+        let within = |norm: f64| norm <= tolerance * self.norms.scale(self.peak_force);
         let other_converged = self.norms.damage.relative_residual() < tolerance;
-        if within(excess) && other_converged {
-            self.at_round_off = true;
-            return Verdict::Converged;
-        }
-        self.worst = round_off.worst::<C, D, N>(iteration.residual, &self.evaluated);
-        if !self.stalls(iteration) {
-            return Verdict::Continue;
-        }
-        if within(stalled_excess) && other_converged {
-            self.at_round_off = true;
-            Verdict::Converged
-        } else {
-            Verdict::Stagnates
+        let at_round_off = other_converged && within(excess.norm);
+        let stalls = !at_round_off && self.stalls(iteration);
+        self.at_round_off = at_round_off || stalls && other_converged && within(excess.stalled_norm);
+        match (self.at_round_off, stalls) {
+            (true, _) => Verdict::Converged,
+            (false, true) => Verdict::Stagnates,
+            (false, false) => Verdict::Continue,
         }
     }
 
@@ -159,15 +155,7 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
     pub fn worst_node(&self) -> Option<WorstNode> {
         let above = self.worst.map_or(f64::NEG_INFINITY, |worst| worst.above());
         let most = self.world.max_of(above);
-        let holder = if above == most {
-            self.world.rank()
-        } else {
-            self.world.size()
-        };
-        let first = self.world.min_of(holder);
-        if first == self.world.size() || most == f64::NEG_INFINITY {
-            return None;
-        }
+        let first = self.world.first_where(self.worst.is_some() && above == most)?;
         let own = self.worst.filter(|_| first == self.world.rank());
         let description = own.map_or_else(String::new, |worst| self.describe(&worst));
         let position = own.and_then(|worst| self.position_of(worst.index / N));
@@ -190,17 +178,15 @@ impl<'a, C: Fields<D, N>, const D: usize, const N: usize> Equilibrium<'a, C, D, 
     /// A residual with its node and component, in words.
     fn describe(&self, worst: &Measured) -> String {
         let (node, component) = (worst.index / N, worst.index % N);
-        let place = match (platen_of(self.system.active.nodes[node]), self.position_of(node)) {
+        let where_it_is = match (platen_of(self.system.active.nodes[node]), self.position_of(node)) {
             (Some(boundary), _) => format!("the platen of {}", self.model.boundaries[boundary].name),
             (None, position) => {
-                let position = position.unwrap_or_default();
-                let position: Vec<String> = position[..D].iter().map(|x| format!("{x:.4}")).collect();
-                format!("the node at ({})", position.join(", "))
+                format!("the node at {}", place(&position.unwrap_or_default()[..D]))
             }
         };
         let unit = if C::IS_TRANSLATION[component] { "N" } else { "N m" };
         format!(
-            "{place}, {}: {:.1e} {unit}, where round-off is about {:.0e} {unit}",
+            "{where_it_is}, {}: {:.1e} {unit}, where round-off is about {:.0e} {unit}",
             C::UNKNOWNS[component],
             worst.residual,
             worst.round_off

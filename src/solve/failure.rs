@@ -1,7 +1,6 @@
 //! Why an attempt at a step failed, and where: what decides about the next attempt, and what a diagnosis starts from.
 
 use super::equilibrium::Equilibrium;
-use crate::assembly::kernel::OutOfDomain;
 use crate::continuum::Fields;
 use crate::parallel::World;
 
@@ -134,15 +133,12 @@ impl FailedPoint {
         let rank = first_rank(world, place)?;
         let own = problem.failure.as_ref().filter(|_| rank == world.rank());
         let text = world.text_from(rank, own.map_or("", |failure| failure.what));
-        let mut numbers = [0.0; 2];
-        let mut id = 0;
-        if let Some(OutOfDomain { residual, gradient, .. }) = own {
-            numbers = [residual.unwrap_or(f64::INFINITY), *gradient];
-            id = own.map_or(0, |failure| failure.id);
-        }
+        let mut numbers = own.map_or([0.0; 2], |failure| {
+            [failure.residual.unwrap_or(f64::INFINITY), failure.gradient]
+        });
         world.sum_slice(&mut numbers);
         Some(Self {
-            id: world.sum(id),
+            id: world.sum(own.map_or(0, |failure| failure.id)),
             what: text,
             residual: (numbers[0] < f64::INFINITY).then_some(numbers[0]),
             gradient: numbers[1],
@@ -173,6 +169,5 @@ fn first_rank(world: &World, own: Option<[u64; 4]>) -> Option<usize> {
         let least = world.min_of(if candidate { entry } else { u64::MAX });
         candidate &= entry == least;
     }
-    let first = world.min_of(if candidate { world.rank() } else { world.size() });
-    (first < world.size()).then_some(first)
+    world.first_where(candidate)
 }

@@ -19,7 +19,7 @@ use std::rc::Rc;
 const STRAIN_ERRORS: f64 = 4.0;
 
 /// A residual that no iteration brings down is at round-off up to so many times that level.
-pub const STALLED_AT_ROUND_OFF: f64 = 16.0;
+const STALLED_AT_ROUND_OFF: f64 = 16.0;
 
 /// Motions of a step, in lengths over which the basis falls, that round-off is reckoned with. A body that flies off farther
 /// is not held, and the size of its increments is no reason to take any residual for zero.
@@ -44,6 +44,17 @@ pub struct Measured {
     pub residual: f64,
     /// [N, N m]
     pub round_off: f64,
+}
+
+/// What of a residual is above its round-off.
+#[derive(Clone, Copy, Debug)]
+pub struct Excess {
+    /// Norm of what is above it, over all ranks [N, N m].
+    pub norm: f64,
+    /// The same above [`STALLED_AT_ROUND_OFF`] times it.
+    pub stalled_norm: f64,
+    /// Where it is the most, among own unknowns.
+    pub worst: Option<Measured>,
 }
 
 impl Measured {
@@ -90,35 +101,30 @@ impl RoundOff {
         STRAIN_ERRORS * f64::EPSILON * (strain + self.springs[index] * motion)
     }
 
-    /// Collective. Norms of what is above one and above [`STALLED_AT_ROUND_OFF`] times round-off in the residual of forces
-    /// and couples on own unknowns.
+    /// Collective. What of the residual of forces and couples on own unknowns is above round-off.
     pub fn excess<C: Fields<D, N>, const D: usize, const N: usize>(
         &self,
         world: &World,
         residual: &[f64],
         increments: &[f64],
-    ) -> [f64; 2] {
+    ) -> Excess {
         let mut squares = [0.0; 2];
-        for Measured {
-            residual, round_off, ..
-        } in self.measured::<C, D, N>(residual, increments)
-        {
+        let mut worst: Option<Measured> = None;
+        for own in self.measured::<C, D, N>(residual, increments) {
             for (square, times) in squares.iter_mut().zip([1.0, STALLED_AT_ROUND_OFF]) {
-                *square += (residual - times * round_off).max(0.0).powi(2);
+                *square += (own.residual - times * own.round_off).max(0.0).powi(2);
+            }
+            if worst.is_none_or(|worst| own.above() > worst.above()) {
+                worst = Some(own);
             }
         }
         world.sum_slice(&mut squares);
-        squares.map(f64::sqrt)
-    }
-
-    /// The own unknown whose residual is the largest above its round-off.
-    pub fn worst<C: Fields<D, N>, const D: usize, const N: usize>(
-        &self,
-        residual: &[f64],
-        increments: &[f64],
-    ) -> Option<Measured> {
-        self.measured::<C, D, N>(residual, increments)
-            .max_by(|a, b| a.above().total_cmp(&b.above()))
+        let [norm, stalled_norm] = squares.map(f64::sqrt);
+        Excess {
+            norm,
+            stalled_norm,
+            worst,
+        }
     }
 
     /// Residuals of forces and couples with their round-off.

@@ -6,7 +6,6 @@ use super::outcome::Start;
 use crate::config::arguments::RunArguments;
 use crate::config::file::ScalarOr;
 use crate::config::{Document, Input, KeyPath, did_you_mean, nearest};
-use crate::points::seed::PointSource;
 use crate::problem::Problem;
 use crate::scene::Scene;
 use std::path::{Path, PathBuf};
@@ -717,11 +716,7 @@ fn slug(text: &str) -> String {
 }
 
 fn cell_size(scene: &Scene) -> Option<f64> {
-    if scene
-        .bodies
-        .iter()
-        .any(|body| matches!(body.points, PointSource::Mesh(_)))
-    {
+    if scene.is_on_a_mesh() {
         return None;
     }
     let dimension = scene.kinematics.dimension();

@@ -5,10 +5,10 @@ use super::Inspection;
 use crate::continuum::Fields;
 use crate::material::spec::MaterialSpec;
 use crate::points::seed::PointSource;
-use crate::scene::{BasisKind, Scene};
+use crate::scene::Scene;
 
 /// Poisson's ratio beyond which hats are too stiff.
-const NEARLY_INCOMPRESSIBLE: f64 = 0.45;
+pub const NEARLY_INCOMPRESSIBLE: f64 = 0.45;
 
 /// Materials of points that lock with the basis of the scene. One point a cell asks for little enough to be met.
 pub fn locking<C: Fields<D, N>, const D: usize, const N: usize>(
@@ -50,19 +50,14 @@ fn cause(spec: &MaterialSpec) -> Option<String> {
     if ratio > NEARLY_INCOMPRESSIBLE + f64::EPSILON {
         return Some(format!("is nearly incompressible (Poisson's ratio {ratio:.4})"));
     }
-    spec.flows_at_constant_volume()
-        .then(|| "yields without change of volume".to_owned())
+    (spec.dilatancy_slope() == Some(0.0)).then(|| "yields without change of volume".to_owned())
 }
 
 /// What to do, where the functions are hats.
 fn remedy(scene: &Scene) -> Option<&'static str> {
-    let on_a_mesh = scene
-        .bodies
-        .iter()
-        .any(|body| matches!(body.points, PointSource::Mesh(_)));
-    match scene.grid.basis {
-        _ if on_a_mesh => Some("model.method: mpm with grid.basis: bspline2 does better"),
-        BasisKind::Linear | BasisKind::Gimp | BasisKind::BSpline(1) => Some("grid.basis: bspline2 does better"),
-        BasisKind::BSpline(_) => None,
+    if scene.is_on_a_mesh() {
+        return Some("model.method: mpm with grid.basis: bspline2 does better");
     }
+    let remedy = "grid.basis: bspline2 does better";
+    scene.grid.basis.is_of_hats().then_some(remedy)
 }

@@ -4,8 +4,9 @@
 //! reach a little over the surface of a shape, as those of a lattice do, are no overlap.
 
 use super::space::Space;
-use super::{Findings, Inspection, corner};
+use super::{Findings, Inspection};
 use crate::continuum::Fields;
+use crate::grid::words::place;
 use crate::points::select::in_space;
 use std::collections::BTreeMap;
 
@@ -55,8 +56,8 @@ pub fn overlaps<C: Fields<D, N>, const D: usize, const N: usize>(inspection: &In
              stiffness and weight of both act there",
             scene.bodies[second].name,
             100.0 * share(second).min(1.0),
-            corner(&largest.low),
-            corner(&largest.high),
+            place(&largest.low),
+            place(&largest.high),
             scene.bodies[first].name
         );
         let same = scene.bodies[first].material == scene.bodies[second].material;

@@ -7,11 +7,12 @@
 use super::motions::{Motions, part};
 use super::resultants::Resultants;
 use super::row_space::RowSpace;
-use super::{Findings, Inspection, corner};
+use super::{Findings, Inspection};
 use crate::assembly::pieces::Pieces;
 use crate::condition::dirichlet::Place;
 use crate::condition::weak::{Goal, Tie, acting};
 use crate::continuum::{Fields, UnknownKind};
+use crate::grid::words::place;
 use crate::parallel::World;
 use crate::points::select::in_space;
 
@@ -386,7 +387,7 @@ fn name<C: Fields<D, N>, const D: usize, const N: usize>(
     }
     format!(
         "the part from {} to {} of {bodies}",
-        corner(&outline.low),
-        corner(&outline.high)
+        place(&outline.low),
+        place(&outline.high)
     )
 }
